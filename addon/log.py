@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-# Messages of one level beyond this count are kept in `messages` but not shown: an Info log of thousands of lines hides what matters.
+# Messages of one level beyond this count are kept but not shown: thousands of lines would hide what matters.
 SHOWN_PER_LEVEL = 50
 
 
@@ -44,9 +44,13 @@ class Log:
     def error(self, text: str) -> None:
         self._add('ERROR', text)
 
+    def stopped(self) -> bool:
+        """Whether the user asked to stop. Cheap enough to be asked for each mesh."""
+        return self._should_stop is not None and self._should_stop()
+
     def checkpoint(self) -> None:
-        """Raise Cancelled if the user asked to stop. Cheap enough to be called for each mesh."""
-        if self._should_stop is not None and self._should_stop():
+        """Raise Cancelled if the user asked to stop."""
+        if self.stopped():
             raise Cancelled
 
     def close(self) -> None:

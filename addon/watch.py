@@ -58,7 +58,7 @@ def attached(watcher: Watcher) -> Iterator[Watcher]:
 def interrupt_as_flag() -> Iterator[threading.Event]:
     """Turn Ctrl-C into an event while the block runs.
 
-    A KeyboardInterrupt that leaves `RenderEngine.render` crashes Blender when it saves EXR, so none may be raised there.
+    A KeyboardInterrupt that leaves `RenderEngine.render` crashes Blender when it saves EXR: none may be raised there.
     Only Python's own handler is replaced: Blender's binary and scripts that have their own keep them.
     """
     pressed = threading.Event()

@@ -1,0 +1,38 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Where Blender 4.5 LTS and 5.2 LTS differ: the one place that asks for the version.
+
+What is the same in both stands elsewhere.
+"""
+
+from __future__ import annotations
+
+import bpy
+
+# Blender 5.0 renamed the passes: the name in 5.x, and what 4.5 calls the same pass.
+PASS_NAMES_4 = {
+    'Object Index': 'IndexOB',
+    'Material Index': 'IndexMA',
+    'Diffuse Color': 'DiffCol',
+    'Emission': 'Emit',
+    'Environment': 'Env',
+}
+
+
+def pass_name(name: str) -> str:
+    """The name in this Blender of a render pass that 5.x calls `name`."""
+    return name if bpy.app.version >= (5, 0, 0) else PASS_NAMES_4.get(name, name)
+
+
+def set_image_format(image_settings: bpy.types.ImageFormatSettings, file_format: str) -> None:
+    """Set an image format; since 5.0 the kind of medium decides which formats can be chosen."""
+    if hasattr(image_settings, 'media_type'):
+        multilayer = file_format == 'OPEN_EXR_MULTILAYER'
+        image_settings.media_type = 'MULTI_LAYER_IMAGE' if multilayer else 'IMAGE'
+    image_settings.file_format = file_format
+
+
+def node_tree(owner: bpy.types.ID) -> bpy.types.NodeTree | None:
+    """The node tree of a material, world or light, if it is in use: 5.0 made that always so."""
+    if bpy.app.version >= (5, 0, 0):
+        return owner.node_tree
+    return owner.node_tree if owner.use_nodes else None

@@ -1,0 +1,208 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The final render of one view layer: export, build, render, passes; with progress, and with a way out at any time.
+
+It holds the order of things and what happens when they fail; it looks into no object and computes no pixel.
+"""
+
+from __future__ import annotations
+
+import threading
+import time
+import traceback
+from collections.abc import Callable
+from types import ModuleType
+from typing import Any
+
+import bpy
+
+from . import export, native, passes, settings, stats, watch
+from .export.buffers import RenderSettings, SceneBuffers
+from .log import Cancelled, Log
+from .reporter import Reporter
+
+POLL_SECONDS = 0.05
+
+# Pictures in between: the first soon, the next ones less and less often, and never for more than 1/20 of the time.
+FIRST_PICTURE_SECONDS = 0.3
+PICTURE_SECONDS = 1.0
+PICTURE_GROWTH = 1.25
+PICTURE_SECONDS_MAX = 10.0
+PICTURE_COST = 20.0
+
+
+class RenderError(Exception):
+    """Something that the user can set right; shown as it is, without a traceback."""
+
+
+def render_view_layer(engine: bpy.types.RenderEngine, depsgraph: bpy.types.Depsgraph) -> None:
+    """Render one view layer into Blender's render result.
+
+    Nothing is raised: an exception that reaches Blender leaves a blank file and exit code 0, or crashes it when it
+    saves EXR. So the open result is always ended, and a failure becomes an error report, which Blender passes on.
+    """
+    error = ''
+    with watch.interrupt_as_flag() as interrupt:
+
+        def should_stop() -> bool:
+            watcher = watch.active
+            return interrupt.is_set() or engine.test_break() or (watcher is not None and watcher.stop)
+
+        job = RenderJob(engine, depsgraph, Log(message_sink(engine), should_stop))
+        try:
+            job.begin()
+            job.run()
+        except Cancelled:
+            job.stats.interrupted = True
+            if not engine.test_break():  # else Blender stopped it itself, and knows
+                if not job.has_pixels:
+                    error = 'Stopped before anything was rendered'
+                elif interrupt.is_set():
+                    error = 'Interrupted by Ctrl-C; the render result holds what was rendered until then'
+        except (RenderError, native.NativeError) as failure:
+            error = str(failure)
+        except BaseException as failure:
+            traceback.print_exc()
+            error = f'{type(failure).__name__}: {failure}'
+        try:
+            job.end(error)
+        except BaseException as failure:
+            traceback.print_exc()
+            error = error or f'{type(failure).__name__}: {failure}'
+    if error:
+        engine.report({'ERROR'}, f'Cotorra: {error}')
+
+
+def message_sink(engine: bpy.types.RenderEngine) -> Callable[[str, str], None]:
+    """Where messages go: to the watcher if there is one, else to Blender's Info log (background mode prints it)."""
+
+    def show(level: str, text: str) -> None:
+        if watch.active is not None:
+            watch.active.message(level, text)
+        else:
+            engine.report({level}, text)
+
+    return show
+
+
+class RenderJob:
+    """One view layer on its way through the phases; lives as long as `render_view_layer` runs."""
+
+    def __init__(self, engine: bpy.types.RenderEngine, depsgraph: bpy.types.Depsgraph, log: Log) -> None:
+        self.engine = engine
+        self.depsgraph = depsgraph
+        self.log = log
+        self.scene = depsgraph.scene_eval
+        self.layer = depsgraph.view_layer_eval
+        self.has_pixels = False
+        self.result: bpy.types.RenderResult | None = None
+        self.start = time.perf_counter()
+        self.memory = stats.MemoryMeter()
+        self.stats = stats.LayerStats(self.layer.name, self.scene.frame_current)
+        self.reporter = Reporter(engine, self.scene, self.layer, self.memory)
+
+    def begin(self) -> None:
+        """Open the render result; its size is the border's where a border is rendered."""
+        engine = self.engine
+        self.result = engine.begin_result(0, 0, engine.resolution_x, engine.resolution_y, layer=self.layer.name)
+        if self.result is None or len(self.result.layers) == 0:
+            raise RenderError(f'Blender gave no render result for view layer "{self.layer.name}"')
+
+    def run(self) -> None:
+        """Export, build and render; raises Cancelled when the user stops it."""
+        module = native.load()
+        embree = native.embree_library()
+        settings.warn_left_out(self.scene, self.layer, self.log)
+
+        # Synchronise: Blender's data become arrays.
+        self.reporter.phase('Synchronizing')
+        began = time.perf_counter()
+        camera_object = self.engine.camera_override or self.scene.camera
+        if camera_object is None:
+            raise RenderError(f'Scene "{self.scene.name}" has no camera')
+        region = settings.region(self.scene.render, self.engine, self.result)
+        camera = export.export_camera(self.scene, camera_object, self.log, region=region)
+        if camera is None:
+            raise RenderError(f'Camera "{camera_object.name}" cannot be rendered')
+        buffers = export.export_scene(self.depsgraph, self.scene, self.layer, self.log)
+        sources = passes.native_sources(self.result, buffers.light_groups)
+        render_settings = settings.render_settings(self.scene, self.layer, tuple(dict.fromkeys(sources.values())))
+        self.stats.describe(region, self.scene.cotorra.device, render_settings)
+        self.stats.sync_seconds = time.perf_counter() - began
+        self.memory.sample()
+        self.log.checkpoint()
+
+        # Build: the arrays become a scene that rays can be sent into.
+        self.reporter.phase('Building')
+        began = time.perf_counter()
+        native_scene = build_scene(module, buffers, render_settings.threads, embree, self.log)
+        del buffers
+        self.stats.build_seconds = time.perf_counter() - began
+        self.stats.scene = dict(native_scene.stats())
+        self.memory.sample()
+        self.log.checkpoint()
+
+        # Render: until all samples are there or the user stops it; either way what is there goes into the passes.
+        self.reporter.phase('Rendering')
+        session = module.Session(native_scene, camera, render_settings)
+        try:
+            self.render(session, render_settings, sources)
+        finally:
+            session.cancel()
+            self.stats.take(session)
+
+    def render(self, session: Any, render_settings: RenderSettings, sources: dict[str, str]) -> None:
+        exposure = passes.film_exposure(self.scene)
+        show_pictures = not bpy.app.background
+        next_picture, pause = time.perf_counter() + FIRST_PICTURE_SECONDS, PICTURE_SECONDS
+        session.start()
+        while not session.wait(POLL_SECONDS):
+            if self.log.stopped():
+                session.cancel()
+                continue
+            self.reporter.rendering(session, render_settings.samples)
+            now = time.perf_counter()
+            if show_pictures and now >= next_picture:
+                passes.write(session, self.result, sources, render_settings.samples, exposure, only='Combined')
+                self.engine.update_result(self.result)
+                cost = time.perf_counter() - now
+                next_picture = now + cost + max(pause, PICTURE_COST * cost)
+                pause = min(pause * PICTURE_GROWTH, PICTURE_SECONDS_MAX)
+        passes.write(session, self.result, sources, render_settings.samples, exposure)
+        self.has_pixels = session.progress() > 0.0
+        self.reporter.rendering(session, render_settings.samples, last=True)
+        if session.progress() < 1.0:
+            self.log.checkpoint()
+
+    def end(self, error: str) -> None:
+        """Give the result back to Blender, with whatever is in it, and keep the figures."""
+        if self.result is not None:
+            self.engine.end_result(self.result)
+        self.log.close()
+        self.stats.error = error
+        self.stats.warnings = self.log.texts('WARNING')
+        self.stats.total_seconds = time.perf_counter() - self.start
+        self.stats.measure(self.memory)
+        stats.record(self.scene.name, self.stats)
+
+
+def build_scene(module: ModuleType, buffers: SceneBuffers, threads: int, embree: str, log: Log) -> Any:
+    """Build the native scene in a thread of its own, so that this one can see the user's wish to stop."""
+    cancel = threading.Event()
+    outcome: list[Any] = []
+    failure: list[BaseException] = []
+
+    def build() -> None:
+        try:
+            outcome.append(module.Scene(buffers, threads, embree, should_cancel=cancel.is_set))
+        except BaseException as error:
+            failure.append(error)
+
+    builder = threading.Thread(target=build, name='cotorra build', daemon=True)
+    builder.start()
+    while builder.is_alive():
+        builder.join(POLL_SECONDS)
+        if log.stopped():
+            cancel.set()
+    if failure:
+        raise Cancelled if isinstance(failure[0], module.Cancelled) else failure[0]
+    return outcome[0]

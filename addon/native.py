@@ -1,0 +1,77 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Finds the native module and the Embree library that it opens.
+
+Nothing is downloaded or built here; what is missing is named in the error.
+"""
+
+from __future__ import annotations
+
+import importlib
+import importlib.util
+import os
+import sys
+from ctypes.util import find_library
+from pathlib import Path
+from types import ModuleType
+
+# Where the tools that make wheels put a library that the wheel carries, seen from the folder that holds `embreex/`.
+WHEEL_PATTERNS = {
+    'linux': ('embreex.libs/libembree4*.so*',),
+    'win32': ('embreex.libs/embree4*.dll', 'embreex/embree4*.dll'),
+    'darwin': ('embreex/.dylibs/libembree4*.dylib', 'embreex.dylibs/libembree4*.dylib'),
+}
+
+
+class NativeError(RuntimeError):
+    """The native module or Embree cannot be used; the text says what is missing."""
+
+
+def load() -> ModuleType:
+    """The module `cotorra_native`."""
+    try:
+        return importlib.import_module('cotorra_native')
+    except ImportError as error:
+        version = f'{sys.version_info.major}.{sys.version_info.minor}'
+        raise NativeError(
+            f'The native module cotorra_native cannot be loaded ({error}). '
+            f'It must be built for Python {version} on {sys.platform}: '
+            'install the Cotorra extension for this platform, or run ./scripts/setup in its sources'
+        ) from error
+
+
+def embree_library() -> str:
+    """Path or name of the Embree 4 library: the embreex wheel's, then $COTORRA_EMBREE, then the system's."""
+    looked = []
+    spec = importlib.util.find_spec('embreex')
+    if spec is not None and spec.origin is not None:
+        folder = Path(spec.origin).parent.parent
+        found = embree_in_wheel(folder, sys.platform)
+        if found is not None:
+            if sys.platform == 'win32':
+                os.add_dll_directory(str(found.parent))  # Embree's own neighbour, TBB, lies there too
+            return str(found)
+        looked.append(f'the embreex package in {folder} carries no Embree')
+    else:
+        looked.append('the Python package embreex is not installed')
+
+    path = os.environ.get('COTORRA_EMBREE', '')
+    if path:
+        if Path(path).is_file():
+            return path
+        looked.append(f'COTORRA_EMBREE names {path}, which is not a file')
+    else:
+        looked.append('COTORRA_EMBREE is not set')
+
+    name = find_library('embree4')
+    if name is not None:
+        return name
+    looked.append('the system has no library embree4')
+    raise NativeError(f'Embree 4 was not found: {"; ".join(looked)}')
+
+
+def embree_in_wheel(folder: Path, platform: str) -> Path | None:
+    """The Embree library of the embreex wheel installed in `folder`, or None."""
+    for pattern in WHEEL_PATTERNS.get(platform, ()):
+        for path in sorted(folder.glob(pattern)):
+            return path
+    return None

@@ -1,0 +1,145 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Render passes: which ones a view layer asks for, and how the native module's pixels get into them.
+
+What a pass holds is decided by the kernels; here are only names, channels and copies.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import bpy
+import numpy as np
+
+from . import compat
+from .export.buffers import PASSES as NATIVE_CHANNELS
+
+LIGHT_GROUP_PREFIX = 'Combined_'
+SAMPLE_COUNT = 'Debug Sample Count'
+
+
+@dataclass(frozen=True, slots=True)
+class RenderPass:
+    """A pass of Blender (named as in 5.2) and the native pass that fills it; `flag` is the view layer's switch."""
+
+    name: str
+    native: str
+    channels: str
+    kind: str
+    flag: str
+
+
+PASSES = (
+    RenderPass('Depth', 'depth', 'Z', 'VALUE', 'use_pass_z'),
+    RenderPass('Position', 'position', 'XYZ', 'VECTOR', 'use_pass_position'),
+    RenderPass('Normal', 'normal', 'XYZ', 'VECTOR', 'use_pass_normal'),
+    RenderPass('UV', 'uv', 'UVA', 'VECTOR', 'use_pass_uv'),
+    RenderPass('Object Index', 'object_index', 'X', 'VALUE', 'use_pass_object_index'),
+    RenderPass('Material Index', 'material_index', 'X', 'VALUE', 'use_pass_material_index'),
+    RenderPass('Diffuse Color', 'diffuse_color', 'RGB', 'COLOR', 'use_pass_diffuse_color'),
+    RenderPass('Emission', 'emission', 'RGB', 'COLOR', 'use_pass_emit'),
+    RenderPass('Environment', 'environment', 'RGB', 'COLOR', 'use_pass_environment'),
+    RenderPass('Shadow', 'shadow', 'RGB', 'COLOR', 'use_pass_shadow'),
+)
+
+# Native passes that hold light, beside the light groups.
+LIGHT_PASSES = frozenset({'combined', 'emission', 'environment'})
+
+# Switches of a view layer that Blender's file keeps but that no pass of Cotorra answers yet, with their names.
+NOT_RENDERED = {
+    'use_pass_mist': 'Mist',
+    'use_pass_vector': 'Vector',
+    'use_pass_ambient_occlusion': 'Ambient Occlusion',
+    'use_pass_diffuse_direct': 'Diffuse Direct',
+    'use_pass_diffuse_indirect': 'Diffuse Indirect',
+    'use_pass_glossy_direct': 'Glossy Direct',
+    'use_pass_glossy_indirect': 'Glossy Indirect',
+    'use_pass_glossy_color': 'Glossy Color',
+    'use_pass_transmission_direct': 'Transmission Direct',
+    'use_pass_transmission_indirect': 'Transmission Indirect',
+    'use_pass_transmission_color': 'Transmission Color',
+    'use_pass_cryptomatte_object': 'Cryptomatte Object',
+    'use_pass_cryptomatte_material': 'Cryptomatte Material',
+    'use_pass_cryptomatte_asset': 'Cryptomatte Asset',
+}
+
+
+def requested(view_layer: bpy.types.ViewLayer) -> Iterator[tuple[str, str, str]]:
+    """Name, channels and kind of each pass that the view layer asks for."""
+    yield 'Combined', 'RGBA', 'COLOR'
+    for entry in PASSES:
+        if getattr(view_layer, entry.flag, False):
+            yield compat.pass_name(entry.name), entry.channels, entry.kind
+    if wants_sample_count(view_layer):
+        yield SAMPLE_COUNT, 'X', 'VALUE'
+    for group in view_layer.lightgroups:
+        yield LIGHT_GROUP_PREFIX + group.name, 'RGB', 'COLOR'
+
+
+def wants_sample_count(view_layer: bpy.types.ViewLayer) -> bool:
+    """Our own switch, or the one of Cycles, so that a file made for Cycles gives the passes it gave."""
+    if view_layer.cotorra.use_pass_sample_count:
+        return True
+    cycles = getattr(view_layer, 'cycles', None)
+    return bool(getattr(cycles, 'pass_debug_sample_count', False))
+
+
+def missing(view_layer: bpy.types.ViewLayer) -> list[str]:
+    """Names of the passes that the view layer asks for and that stay away."""
+    names = [name for flag, name in NOT_RENDERED.items() if getattr(view_layer, flag, False)]
+    return names + [f'AOV {aov.name}' for aov in view_layer.aovs]
+
+
+def register(engine: bpy.types.RenderEngine, scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer) -> None:
+    """Answer `update_render_passes`: the render result and the compositor's sockets are made from this."""
+    for name, channels, kind in requested(view_layer):
+        engine.register_pass(scene, view_layer, name, len(channels), channels, kind)
+
+
+def native_sources(result: bpy.types.RenderResult, light_groups: tuple[str, ...]) -> dict[str, str]:
+    """Native pass for each pass of the result's first layer; passes that nothing fills are left out."""
+    known = {compat.pass_name(entry.name): entry.native for entry in PASSES}
+    known['Combined'] = 'combined'
+    known[SAMPLE_COUNT] = 'sample_count'
+    for index, group in enumerate(light_groups):
+        known[LIGHT_GROUP_PREFIX + group] = f'lightgroup:{index}'
+    return {entry.name: known[entry.name] for entry in result.layers[0].passes if entry.name in known}
+
+
+def film_exposure(scene: bpy.types.Scene) -> float:
+    """The factor on all light that a file made for Cycles asks for."""
+    return float(getattr(getattr(scene, 'cycles', None), 'film_exposure', 1.0))
+
+
+def write(
+    session: Any,
+    result: bpy.types.RenderResult,
+    sources: dict[str, str],
+    samples: int,
+    exposure: float = 1.0,
+    only: str | None = None,
+) -> None:
+    """Copy the session's pixels, as they are now, into the passes of the result's first layer.
+
+    samples:  that a pixel takes at most; the sample count is written as a part of it, as Cycles does.
+    exposure: factor on the passes that are light.
+    only:     the one pass to write, for a picture in between.
+    Row 0 is the bottom on both sides. A result with several views gets the same pixels in each.
+    """
+    shape = (result.resolution_y, result.resolution_x)
+    pixels: dict[str, np.ndarray] = {}
+    for target in result.layers[0].passes:
+        native = sources.get(target.name)
+        if native is None or only not in (None, target.name):
+            continue
+        if native not in pixels:
+            out = np.zeros((*shape, NATIVE_CHANNELS.get(native, 3)), np.float32)
+            session.read(native, out)
+            if native == 'sample_count':
+                out /= np.float32(samples)
+            elif exposure != 1.0 and (native in LIGHT_PASSES or native not in NATIVE_CHANNELS):
+                out[..., :3] *= np.float32(exposure)
+            pixels[native] = out
+        target.rect.foreach_set(pixels[native].reshape(-1))

@@ -1,0 +1,57 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""From Blender's settings to `RenderSettings`, and what a scene asks for that is left out.
+
+Reads the evaluated scene only, so that animated settings hold for the frame that is rendered.
+"""
+
+from __future__ import annotations
+
+import bpy
+import numpy as np
+
+from . import passes
+from .export.buffers import RenderSettings
+from .log import Log
+
+
+def region(
+    render: bpy.types.RenderSettings, engine: bpy.types.RenderEngine, result: bpy.types.RenderResult
+) -> tuple[int, int, int, int]:
+    """x0, y0, width and height of the rendered part of the picture. Blender cuts borders in single precision."""
+    x0 = y0 = 0
+    if render.use_border:
+        x0 = int(np.float32(render.border_min_x) * np.float32(engine.resolution_x))
+        y0 = int(np.float32(render.border_min_y) * np.float32(engine.resolution_y))
+    return x0, y0, result.resolution_x, result.resolution_y
+
+
+def render_settings(
+    scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer, native_passes: tuple[str, ...]
+) -> RenderSettings:
+    own = scene.cotorra
+    return RenderSettings(
+        integrator=own.integrator,
+        samples=view_layer.samples or own.samples,
+        seed=own.seed + (scene.frame_current if own.use_animated_seed else 0) & 0xFFFFFFFF,
+        max_bounces=own.max_bounces,
+        diffuse_bounces=own.diffuse_bounces,
+        glossy_bounces=own.glossy_bounces,
+        transparent_bounces=own.transparent_bounces,
+        adaptive=own.use_adaptive_sampling,
+        noise_threshold=own.noise_threshold,
+        adaptive_min_samples=own.adaptive_min_samples,
+        transparent_film=scene.render.film_transparent,
+        threads=scene.render.threads,
+        passes=native_passes,
+    )
+
+
+def warn_left_out(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer, log: Log) -> None:
+    """Name what the scene and the view layer ask for and will not get; objects and materials are the exporter's."""
+    render = scene.render
+    if render.use_motion_blur:
+        log.warning(f'Scene "{scene.name}": motion blur is not rendered yet')
+    if render.use_multiview:
+        log.warning(f'Scene "{scene.name}": stereo views are not rendered yet, each view gets the same picture')
+    for name in passes.missing(view_layer):
+        log.warning(f'View layer "{view_layer.name}": pass "{name}" is not rendered yet')

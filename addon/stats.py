@@ -1,0 +1,136 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What a render cost: times, rays and memory of each view layer, kept until the next render of the same scene.
+
+Engine instances do not outlive a frame, so the figures stand here, by scene name; writing a file is up to the reader.
+"""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from .export.buffers import RenderSettings
+
+
+@dataclass(slots=True)
+class LayerStats:
+    """One view layer of one frame, in seconds and bytes.
+
+    samples was asked for, samples_done is what every pixel has. memory_peak_bytes is the process's so far,
+    memory_above_bytes what this render added to memory_before_bytes at most. `scene` and `session` are the rest of
+    what the native module counted.
+    """
+
+    layer: str
+    frame: int
+    width: int = 0
+    height: int = 0
+    integrator: str = ''
+    device: str = ''
+    threads: int = 0
+    seed: int = 0
+    samples: int = 0
+    samples_done: int = 0
+    sync_seconds: float = 0.0
+    build_seconds: float = 0.0
+    render_seconds: float = 0.0
+    total_seconds: float = 0.0
+    rays: dict[str, int] = field(default_factory=dict)
+    features: list[str] = field(default_factory=list)
+    left_out: list[str] = field(default_factory=list)
+    scene: dict[str, Any] = field(default_factory=dict)
+    session: dict[str, Any] = field(default_factory=dict)
+    memory_before_bytes: int = 0
+    memory_peak_bytes: int = 0
+    memory_above_bytes: int = 0
+    interrupted: bool = False
+    error: str = ''
+    warnings: list[str] = field(default_factory=list)
+
+    def describe(self, region: tuple[int, int, int, int], device: str, settings: RenderSettings) -> None:
+        """What is about to be rendered."""
+        self.width, self.height = region[2:]
+        self.device = device
+        self.integrator = settings.integrator
+        self.threads = settings.threads
+        self.seed = settings.seed
+        self.samples = settings.samples
+
+    def take(self, session: Any) -> None:
+        """What the native session counted."""
+        counted = dict(session.stats())
+        self.samples_done = session.samples_done()
+        self.render_seconds = counted.pop('render_seconds')
+        self.rays = dict(counted.pop('rays'))
+        self.features = list(counted.pop('features'))
+        self.left_out = list(counted.pop('left_out'))
+        self.session = counted
+
+    def measure(self, memory: MemoryMeter) -> None:
+        self.memory_before_bytes = memory.before
+        self.memory_peak_bytes = memory_peak()
+        self.memory_above_bytes = memory.above()
+
+
+_last: dict[str, list[LayerStats]] = {}
+
+
+def record(scene_name: str, stats: LayerStats) -> None:
+    """Keep the figures of a layer; those of an earlier frame or of an earlier render of the frame go."""
+    kept = [entry for entry in _last.get(scene_name, []) if entry.frame == stats.frame and entry.layer != stats.layer]
+    _last[scene_name] = [*kept, stats]
+
+
+def last(scene_name: str) -> list[LayerStats]:
+    """The view layers of the frame that was rendered last."""
+    return list(_last.get(scene_name, []))
+
+
+def clear(scene_name: str) -> None:
+    _last.pop(scene_name, None)
+
+
+def memory_now() -> int:
+    """Resident memory of this process in bytes; 0 where the system does not tell."""
+    try:
+        fields = Path('/proc/self/statm').read_text(encoding='ascii').split()
+    except OSError:
+        return 0
+    import resource
+
+    return int(fields[1]) * resource.getpagesize()
+
+
+def memory_peak() -> int:
+    """Largest resident memory of this process so far in bytes; 0 where the system does not tell."""
+    if sys.platform == 'win32':
+        return 0
+    import resource
+
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    return peak if sys.platform == 'darwin' else peak * 1024  # bytes on macOS, KiB elsewhere
+
+
+class MemoryMeter:
+    """Memory of the process above what it held when the render began."""
+
+    def __init__(self) -> None:
+        self.before = memory_now()
+        self._peak_before = memory_peak()
+        self._sampled = self.before
+
+    def sample(self) -> int:
+        """Memory now; to be called at the end of each phase and while rendering."""
+        now = memory_now()
+        self._sampled = max(self._sampled, now)
+        return now
+
+    def peak(self) -> int:
+        """Exact where this render raised the peak of the whole process, otherwise the largest sample."""
+        peak = memory_peak()
+        return peak if peak > self._peak_before else self._sampled
+
+    def above(self) -> int:
+        return max(0, self.peak() - self.before)

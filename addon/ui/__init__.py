@@ -1,0 +1,25 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Everything of Cotorra that stands in the Properties editor.
+
+Panels only show settings; what a setting does is written where it is defined or exported.
+"""
+
+from __future__ import annotations
+
+import bpy
+
+from . import data_panels, layer_panels, render_panels, standard_panels
+
+CLASSES = (*render_panels.CLASSES, *layer_panels.CLASSES, *data_panels.CLASSES)
+
+
+def register() -> None:
+    standard_panels.register()
+    for cls in CLASSES:
+        bpy.utils.register_class(cls)
+
+
+def unregister() -> None:
+    for cls in reversed(CLASSES):
+        bpy.utils.unregister_class(cls)
+    standard_panels.unregister()

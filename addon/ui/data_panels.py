@@ -1,0 +1,207 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Cotorra's panels for lights, worlds, materials and objects: what it reads of them, Cycles' own settings included.
+
+Panels that Blender shows for every engine are left to standard_panels.py.
+"""
+
+from __future__ import annotations
+
+import bpy
+
+from .panel import CotorraPanel, light_group, node_input, split_layout
+
+GEOMETRY_TYPES = {'MESH', 'CURVE', 'SURFACE', 'FONT', 'META', 'CURVES', 'POINTCLOUD', 'VOLUME'}
+
+
+class LightPanel(CotorraPanel):
+    bl_context = 'data'
+
+    @classmethod
+    def poll(cls, context):
+        return context.light is not None and super().poll(context)
+
+
+class COTORRA_LIGHT_PT_light(LightPanel, bpy.types.Panel):
+    bl_label = 'Light'
+
+    def draw(self, context):
+        light = context.light
+        self.layout.row().prop(light, 'type', expand=True)
+        layout = self.layout
+        layout.use_property_split = True
+        if light.type == 'AREA':
+            layout.label(text='Area lights are not rendered yet', icon='ERROR')
+
+        color = layout.column(align=True, heading='Temperature')
+        row = color.row(align=True)
+        row.prop(light, 'use_temperature', text='')
+        temperature = row.row()
+        temperature.active = light.use_temperature
+        temperature.prop(light, 'temperature', text='')
+        layout.prop(light, 'color', text='Tint' if light.use_temperature else 'Color')
+
+        strength = layout.column()
+        strength.prop(light, 'energy')
+        strength.prop(light, 'exposure')
+        strength.prop(light, 'normalize')
+
+        shape = layout.column()
+        if light.type in {'POINT', 'SPOT'}:
+            shape.prop(light, 'shadow_soft_size', text='Radius')
+            shape.prop(light, 'use_soft_falloff')
+        elif light.type == 'SUN':
+            shape.prop(light, 'angle')
+
+
+class COTORRA_LIGHT_PT_beam_shape(LightPanel, bpy.types.Panel):
+    bl_label = 'Beam Shape'
+    bl_parent_id = 'COTORRA_LIGHT_PT_light'
+
+    @classmethod
+    def poll(cls, context):
+        return super().poll(context) and context.light.type == 'SPOT'
+
+    def draw(self, context):
+        layout = self.layout
+        layout.use_property_split = True
+        light = context.light
+        layout.prop(light, 'spot_size', text='Angle')
+        layout.prop(light, 'spot_blend', text='Blend', slider=True)
+        layout.prop(light, 'show_cone')
+
+
+class COTORRA_LIGHT_PT_settings(LightPanel, bpy.types.Panel):
+    bl_label = 'Settings'
+    bl_options = {'DEFAULT_CLOSED'}
+
+    def draw(self, context):
+        layout = split_layout(self)
+        light = context.light
+        cycles = getattr(light, 'cycles', None)
+        if cycles is not None:
+            layout.prop(cycles, 'max_bounces')
+        flags = layout.column(align=True)
+        flags.prop(light, 'use_shadow', text='Cast Shadow')
+        if cycles is not None:
+            flags.prop(cycles, 'use_multiple_importance_sampling', text='Multiple Importance')
+
+
+class COTORRA_WORLD_PT_surface(CotorraPanel, bpy.types.Panel):
+    bl_label = 'Surface'
+    bl_context = 'world'
+
+    @classmethod
+    def poll(cls, context):
+        return context.world is not None and super().poll(context)
+
+    def draw(self, context):
+        self.layout.use_property_split = True
+        if not node_input(self.layout, context.world, 'Surface'):
+            self.layout.prop(context.world, 'color')
+
+
+class COTORRA_WORLD_PT_ray_visibility(CotorraPanel, bpy.types.Panel):
+    bl_label = 'Ray Visibility'
+    bl_context = 'world'
+    bl_options = {'DEFAULT_CLOSED'}
+
+    @classmethod
+    def poll(cls, context):
+        return hasattr(context.world, 'cycles_visibility') and super().poll(context)
+
+    def draw(self, context):
+        layout = split_layout(self)
+        visibility = context.world.cycles_visibility
+        for name in ('camera', 'diffuse', 'glossy', 'transmission', 'scatter'):
+            layout.prop(visibility, name)
+
+
+class COTORRA_WORLD_PT_light_group(CotorraPanel, bpy.types.Panel):
+    bl_label = 'Light Group'
+    bl_context = 'world'
+    bl_options = {'DEFAULT_CLOSED'}
+
+    @classmethod
+    def poll(cls, context):
+        return context.world is not None and super().poll(context)
+
+    def draw(self, context):
+        light_group(split_layout(self), context.world, context.view_layer)
+
+
+class MaterialPanel(CotorraPanel):
+    bl_context = 'material'
+
+    @classmethod
+    def poll(cls, context):
+        material = context.material
+        return material is not None and not material.grease_pencil and super().poll(context)
+
+
+class COTORRA_MATERIAL_PT_surface(MaterialPanel, bpy.types.Panel):
+    bl_label = 'Surface'
+
+    def draw(self, context):
+        self.layout.use_property_split = True
+        if not node_input(self.layout, context.material, 'Surface'):
+            self.layout.prop(context.material, 'diffuse_color')
+
+
+class COTORRA_MATERIAL_PT_settings(MaterialPanel, bpy.types.Panel):
+    bl_label = 'Settings'
+    bl_options = {'DEFAULT_CLOSED'}
+
+    def draw(self, context):
+        layout = split_layout(self)
+        material = context.material
+        layout.prop(material, 'pass_index')
+        cycles = getattr(material, 'cycles', None)
+        if cycles is not None:
+            layout.prop(cycles, 'emission_sampling')
+
+
+class COTORRA_OBJECT_PT_light_group(CotorraPanel, bpy.types.Panel):
+    bl_label = 'Light Group'
+    bl_context = 'object'
+    bl_parent_id = 'OBJECT_PT_shading'
+    bl_options = {'DEFAULT_CLOSED'}
+
+    def draw(self, context):
+        light_group(split_layout(self), context.object, context.view_layer)
+
+
+class COTORRA_OBJECT_PT_ray_visibility(CotorraPanel, bpy.types.Panel):
+    bl_label = 'Ray Visibility'
+    bl_context = 'object'
+    bl_parent_id = 'OBJECT_PT_visibility'
+
+    @classmethod
+    def poll(cls, context):
+        item = context.object
+        return item is not None and item.type in {*GEOMETRY_TYPES, 'LIGHT'} and super().poll(context)
+
+    def draw(self, context):
+        layout = split_layout(self)
+        item = context.object
+        column = layout.column()
+        column.prop(item, 'visible_camera', text='Camera')
+        column.prop(item, 'visible_diffuse', text='Diffuse')
+        column.prop(item, 'visible_glossy', text='Glossy')
+        column.prop(item, 'visible_transmission', text='Transmission')
+        column.prop(item, 'visible_volume_scatter', text='Volume Scatter')
+        if item.type != 'LIGHT':
+            column.prop(item, 'visible_shadow', text='Shadow')
+
+
+CLASSES = (
+    COTORRA_LIGHT_PT_light,
+    COTORRA_LIGHT_PT_beam_shape,
+    COTORRA_LIGHT_PT_settings,
+    COTORRA_WORLD_PT_surface,
+    COTORRA_WORLD_PT_ray_visibility,
+    COTORRA_WORLD_PT_light_group,
+    COTORRA_MATERIAL_PT_surface,
+    COTORRA_MATERIAL_PT_settings,
+    COTORRA_OBJECT_PT_light_group,
+    COTORRA_OBJECT_PT_ray_visibility,
+)

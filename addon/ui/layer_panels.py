@@ -1,0 +1,49 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Cotorra's panels among the View Layer properties: the passes that it can render, and no others.
+
+Light groups and overrides are Blender's own panels.
+"""
+
+from __future__ import annotations
+
+import bpy
+
+from .panel import CotorraPanel, split_layout
+
+
+class COTORRA_VIEWLAYER_PT_passes_data(CotorraPanel, bpy.types.Panel):
+    bl_label = 'Data'
+    bl_context = 'view_layer'
+    bl_parent_id = 'VIEWLAYER_PT_layer_passes'
+
+    def draw(self, context):
+        layout = split_layout(self)
+        layer = context.view_layer
+        include = layout.column(heading='Include', align=True)
+        include.prop(layer, 'use_pass_combined')
+        include.prop(layer, 'use_pass_z')
+        include.prop(layer, 'use_pass_position')
+        include.prop(layer, 'use_pass_normal')
+        include.prop(layer, 'use_pass_uv')
+        indices = layout.column(heading='Indexes', align=True)
+        indices.prop(layer, 'use_pass_object_index')
+        indices.prop(layer, 'use_pass_material_index')
+        layout.column(heading='Debug').prop(layer.cotorra, 'use_pass_sample_count')
+
+
+class COTORRA_VIEWLAYER_PT_passes_light(CotorraPanel, bpy.types.Panel):
+    bl_label = 'Light'
+    bl_context = 'view_layer'
+    bl_parent_id = 'VIEWLAYER_PT_layer_passes'
+
+    def draw(self, context):
+        layout = split_layout(self)
+        layer = context.view_layer
+        layout.column(heading='Diffuse').prop(layer, 'use_pass_diffuse_color', text='Color')
+        other = layout.column(heading='Other', align=True)
+        other.prop(layer, 'use_pass_emit', text='Emission')
+        other.prop(layer, 'use_pass_environment')
+        other.prop(layer, 'use_pass_shadow')
+
+
+CLASSES = (COTORRA_VIEWLAYER_PT_passes_data, COTORRA_VIEWLAYER_PT_passes_light)
