@@ -63,6 +63,7 @@ def render_view_layer(engine: bpy.types.RenderEngine, depsgraph: bpy.types.Depsg
         except BaseException as failure:
             traceback.print_exc()
             error = f'{type(failure).__name__}: {failure}'
+        error = '; '.join(job.log.texts('ERROR')) or error
         try:
             job.end(error)
         except BaseException as failure:
@@ -76,6 +77,8 @@ def message_sink(engine: bpy.types.RenderEngine) -> Callable[[str, str], None]:
     """Where messages go: to the watcher if there is one, else to Blender's Info log (background mode prints it)."""
 
     def show(level: str, text: str) -> None:
+        if level == 'ERROR':
+            return  # it ends the render, and is reported there
         if watch.active is not None:
             watch.active.message(level, text)
         else:

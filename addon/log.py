@@ -42,6 +42,7 @@ class Log:
         self._add('WARNING', text)
 
     def error(self, text: str) -> None:
+        """Something without which the render cannot be right: it ends as failed, whatever was rendered until then."""
         self._add('ERROR', text)
 
     def stopped(self) -> bool:
