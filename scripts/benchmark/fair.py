@@ -1,0 +1,74 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""One set of render settings for both engines, so that they solve the same problem with the same means.
+
+It runs in Blender. What is measured is not here; what is rendered is in `scenes.py`.
+"""
+
+from __future__ import annotations
+
+import bpy
+
+# What is set and why, for the head of the report.
+RULES = (
+    'same scene, resolution, threads, pixel filter, bounces (total = diffuse = glossy = transmission) for both',
+    'off in Cycles: adaptive sampling, denoising, clamping, Filter Glossy, light threshold, guiding, fast GI, tiling',
+    'on in Cycles: caustics, light tree (its default), automatic sampling pattern (its default)',
+    'off for both: motion blur, compositor, sequencer, simplify, persistent data',
+)
+
+
+def make_fair(scene: bpy.types.Scene, engine: str, bounces: int, size: tuple[int, int], threads: int) -> None:
+    """Everything but samples, seed and file name."""
+    render = scene.render
+    render.engine = engine
+    render.resolution_x, render.resolution_y = size
+    render.resolution_percentage = 100
+    render.use_border = False
+    render.threads_mode, render.threads = 'FIXED', threads
+    render.use_motion_blur = False
+    render.use_compositing = False
+    render.use_sequencer = False
+    render.use_simplify = False
+    render.use_persistent_data = False
+    image = render.image_settings
+    if hasattr(image, 'media_type'):  # Blender 5: a file set to video or multilayer refuses the formats of images
+        image.media_type = 'IMAGE'
+    image.file_format, image.color_mode, image.color_depth, image.exr_codec = 'OPEN_EXR', 'RGBA', '32', 'ZIP'
+
+    cycles = scene.cycles
+    cycles.device = 'CPU'
+    cycles.use_adaptive_sampling = False
+    cycles.use_denoising = False
+    cycles.use_preview_denoising = False
+    cycles.use_guiding = False
+    cycles.use_fast_gi = False
+    cycles.use_auto_tile = False
+    cycles.use_sample_subset = False
+    cycles.time_limit = 0
+    cycles.sample_clamp_direct = cycles.sample_clamp_indirect = 0
+    cycles.blur_glossy = 0
+    cycles.light_sampling_threshold = 0
+    cycles.min_light_bounces = cycles.min_transparent_bounces = 0
+    cycles.caustics_reflective = cycles.caustics_refractive = True
+    cycles.use_light_tree = True
+    cycles.sampling_pattern = 'AUTOMATIC'
+    cycles.pixel_filter_type, cycles.filter_width = 'BLACKMAN_HARRIS', 1.5
+    # A mesh light or the world may have a limit of its own; that is the scene's business. These are the scene's limits.
+    cycles.max_bounces = cycles.diffuse_bounces = cycles.glossy_bounces = cycles.transmission_bounces = bounces
+    cycles.volume_bounces = 0
+    cycles.transparent_max_bounces = 8
+
+    if engine == 'COTORRA':
+        ours = scene.cotorra
+        ours.device = 'CPU'
+        ours.integrator = 'PATH' if bounces else 'DIRECT'
+        ours.use_adaptive_sampling = False
+        ours.max_bounces = ours.diffuse_bounces = ours.glossy_bounces = bounces
+
+
+def set_job(scene: bpy.types.Scene, samples: int, seed: int, output: str) -> None:
+    """What changes from one render to the next."""
+    scene.render.filepath = output
+    scene.render.use_file_extension = False
+    settings = scene.cotorra if scene.render.engine == 'COTORRA' else scene.cycles
+    settings.samples, settings.seed = samples, seed

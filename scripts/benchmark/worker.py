@@ -1,0 +1,144 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Renders one scene with one engine in a Blender of its own and writes down seconds and memory. `runner.py` starts it.
+
+It judges nothing: images go to files, numbers to a JSON file.   usage: python worker.py TASK.json RESULT.json
+"""
+
+from __future__ import annotations
+
+import contextlib
+import dataclasses
+import json
+import os
+import platform
+import resource
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+import bpy
+
+sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
+from benchmark import fair, scenes
+
+
+class BenchNull(bpy.types.RenderEngine):
+    """Renders nothing: what Blender itself takes for a render, evaluation of the depsgraph included."""
+
+    bl_idname = 'BENCH_NULL'
+    bl_label = 'Nothing (benchmark)'
+
+    def render(self, depsgraph: bpy.types.Depsgraph) -> None:
+        render = depsgraph.scene.render
+        self.end_result(self.begin_result(0, 0, render.resolution_x, render.resolution_y))
+
+
+def memory(field: str) -> int:
+    """Bytes; VmRSS: now, VmHWM: the peak since `forget_peak`. 0 where the system does not tell."""
+    with contextlib.suppress(OSError):
+        for line in Path('/proc/self/status').read_text().splitlines():
+            if line.startswith(field + ':'):
+                return int(line.split()[1]) * 1024
+    return 0
+
+
+def forget_peak() -> None:
+    """Sets the peak to what is in use now (Linux)."""
+    with contextlib.suppress(OSError):
+        Path('/proc/self/clear_refs').write_text('5')
+
+
+def cpu_seconds() -> float:
+    usage = resource.getrusage(resource.RUSAGE_SELF)
+    return usage.ru_utime + usage.ru_stime
+
+
+class FirstSample:
+    """When the engine began to render samples, by the status text that Blender passes on."""
+
+    def __init__(self) -> None:
+        self.began = 0.0
+        self.seconds: float | None = None
+
+    def start(self) -> None:
+        self.began, self.seconds = time.perf_counter(), None
+
+    def __call__(self, status: str, *_: object) -> None:
+        if self.seconds is None and ('Sample ' in status or 'Rendered ' in status):
+            self.seconds = time.perf_counter() - self.began
+
+
+def render(task: dict[str, Any], job: dict[str, Any], first_sample: FirstSample) -> dict[str, Any]:
+    """One render; seconds as a user waits for them (`whole`), on the processors (`cpu`), and its peak of memory."""
+    scene = bpy.context.scene
+    fair.set_job(scene, job['samples'], job['seed'], job['output'])
+    base = memory('VmRSS')
+    forget_peak()
+    cpu = cpu_seconds()
+    first_sample.start()
+    began = time.perf_counter()
+    bpy.ops.render.render(write_still=bool(job['output']))
+    whole = time.perf_counter() - began
+    result = {
+        'samples': job['samples'],
+        'seed': job['seed'],
+        'output': job['output'],
+        'whole': whole,
+        'cpu': cpu_seconds() - cpu,
+        'first_sample': first_sample.seconds,
+        'memory_base': base,
+        'memory_peak': memory('VmHWM') - base,
+    }
+    if task['engine'] == 'COTORRA':
+        result['stats'] = own_stats()
+    return result
+
+
+def own_stats() -> dict[str, Any]:
+    """What Cotorra counted in its last render."""
+    from cotorra import stats
+
+    layers = [dataclasses.asdict(layer) for layer in stats.last(bpy.context.scene.name)]
+    return {
+        'sync_seconds': sum(layer['sync_seconds'] for layer in layers),
+        'build_seconds': sum(layer['build_seconds'] for layer in layers),
+        'render_seconds': sum(layer['render_seconds'] for layer in layers),
+        'rays': {kind: sum(layer['rays'].get(kind, 0) for layer in layers) for kind in layers[0]['rays']},
+        'scene': layers[0]['scene'],
+        'layers': layers,
+    }
+
+
+def main() -> None:
+    task = json.loads(Path(sys.argv[1]).read_text())
+    engine = task['engine']
+    if engine == 'COTORRA':
+        import cotorra
+
+        cotorra.register()
+    elif engine == 'BENCH_NULL':
+        bpy.utils.register_class(BenchNull)
+    scenes.build(scenes.SceneSource(**task['source']))
+    cut = scenes.strip_textures() if task['constants'] else []
+    fair.make_fair(bpy.context.scene, engine, task['bounces'], tuple(task['size']), task['threads'])
+    bpy.context.view_layer.update()
+
+    first_sample = FirstSample()
+    bpy.app.handlers.render_stats.append(first_sample)
+    renders = [render(task, job, first_sample) for job in task['jobs']]
+    result = {
+        'engine': engine,
+        'blender': bpy.app.version_string,
+        'python': platform.python_version(),
+        'cut': cut,
+        'renders': renders,
+    }
+    Path(sys.argv[2]).write_text(json.dumps(result))
+    # Blender 4.5 hangs at exit while an engine written in Python is registered, and a benchmark need not clean up.
+    sys.stdout.flush()
+    os._exit(0)
+
+
+if __name__ == '__main__':
+    main()

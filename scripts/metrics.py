@@ -1,0 +1,222 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Image error measures, the "same image" criterion and the fit of error against samples, on NumPy arrays.
+
+Nothing here reads files, knows Blender or draws: `compare.py` does that, and the tests import both.
+
+Images are (h, w, 3) float arrays, scene-linear, the first row on top. A reference comes as two independent halves (two
+seeds) where it can: their mean is the reference, and half their difference tells how noisy that mean still is, so that
+noise in the reference is neither counted as an error of the image under test nor taken for a difference of two engines.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Image = NDArray[np.floating]
+
+# relMSE divides by reference² + (RELATIVE_FLOOR · image mean)²: relative in the lit parts, absolute in the dark ones,
+# and independent of exposure. 0.1 of the mean is what the usual constant 0.01 is for an image whose mean is 1.
+RELATIVE_FLOOR = 0.1
+# Share of the pixels, those with the greatest error, that the trimmed measure leaves out (fireflies).
+TRIMMED_SHARE = 0.001
+TILE = 16
+# Tiles darker than this share of the image's mean are compared absolutely, as if they had this brightness.
+TILE_FLOOR = 1e-3
+# A 640×360 image has 2760 tile channels: of these, noise alone puts 7 beyond 3 standard deviations and 0.2 beyond 4.
+NOISE_SIGMAS = 4
+
+
+@dataclass(frozen=True, slots=True)
+class Reference:
+    """A converged image and the variance of its pixels (of the mean of its halves); zeros where that is not known."""
+
+    image: Image
+    variance: Image
+
+    @staticmethod
+    def from_halves(a: Image, b: Image) -> Reference:
+        """The mean of two independent renders; (a − b)²/4 is an unbiased estimate of that mean's variance."""
+        check_pair(a, b)
+        a64, b64 = a.astype(np.float64), b.astype(np.float64)
+        return Reference((a64 + b64) / 2, (a64 - b64) ** 2 / 4)
+
+    @staticmethod
+    def from_image(image: Image) -> Reference:
+        return Reference(image.astype(np.float64), np.zeros(image.shape))
+
+
+@dataclass(frozen=True, slots=True)
+class Error:
+    """Error of an image against a reference, the reference's own noise subtracted.
+
+    mse:      mean squared error.
+    relmse:   mean of error² / (reference² + floor²), reference² being the pixel's mean over its channels.
+    trimmed:  relmse without the TRIMMED_SHARE of pixels that have the greatest error.
+    residual: subtracted from relmse for the noise of the reference; where it is not small, render a better one.
+    bad:      pixels with NaN or infinity; they are left out of the three means.
+    """
+
+    mse: float
+    relmse: float
+    trimmed: float
+    residual: float
+    bad: int
+
+
+def check_pair(a: Image, b: Image) -> None:
+    """Two images must have one shape, (h, w, 3)."""
+    if a.shape != b.shape or a.ndim != 3 or a.shape[2] != 3:
+        raise ValueError(f'two images of one shape (h, w, 3) are needed, not {a.shape} and {b.shape}')
+
+
+def image_error(image: Image, reference: Reference) -> Error:
+    """Error of `image` against `reference`, see `Error`."""
+    check_pair(image, reference.image)
+    finite = np.isfinite(image).all(axis=2) & np.isfinite(reference.image).all(axis=2)
+    if not finite.any():
+        return Error(np.nan, np.nan, np.nan, np.nan, int(finite.size))
+    truth = reference.image[finite].astype(np.float64)
+    squared = ((image[finite].astype(np.float64) - truth) ** 2).mean(axis=1)
+    noise = reference.variance[finite].mean(axis=1)
+
+    floor = RELATIVE_FLOOR * abs(truth.mean())
+    scale = truth.mean(axis=1) ** 2 + floor**2
+    scale = np.where(scale > 0, scale, 1.0)  # a black reference: absolute
+    relative, relative_noise = squared / scale, noise / scale
+
+    # Which pixels are trimmed hardly depends on the reference's noise, so that noise is taken over what is kept.
+    kept = np.argsort(relative, kind='stable')[: max(1, relative.size - int(np.ceil(TRIMMED_SHARE * relative.size)))]
+    return Error(
+        mse=float(squared.mean() - noise.mean()),
+        relmse=float(relative.mean() - relative_noise.mean()),
+        trimmed=float(relative[kept].mean() - relative_noise[kept].mean()),
+        residual=float(relative_noise.mean()),
+        bad=int(finite.size - finite.sum()),
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class PowerLaw:
+    """error = factor · samples^−slope."""
+
+    factor: float
+    slope: float
+
+    def error(self, samples: float) -> float:
+        return self.factor * samples**-self.slope
+
+    def samples(self, error: float) -> float:
+        """Samples at which the error is reached."""
+        return float((self.factor / error) ** (1 / self.slope))
+
+
+def fit_power_law(samples: list[int], errors: list[float]) -> PowerLaw:
+    """Least squares in logarithms; the slope of plain Monte Carlo is 1, that of low-discrepancy samples may be greater.
+
+    Raises ValueError where fewer than two sample counts with a positive error are there or the error does not fall.
+    """
+    points = [(n, e) for n, e in zip(samples, errors, strict=True) if n > 0 and e > 0 and np.isfinite(e)]
+    if len({n for n, _ in points}) < 2:
+        raise ValueError(f'a fit needs two sample counts with a positive error, not {points}')
+    x, y = np.log(np.array(points, dtype=np.float64)).T
+    slope, intercept = np.polyfit(x, y, 1)
+    if slope >= 0:
+        raise ValueError(f'the error does not fall with the samples: {points}')
+    return PowerLaw(factor=float(np.exp(intercept)), slope=float(-slope))
+
+
+def tile_means(image: Image, tile: int = TILE) -> NDArray[np.float64]:
+    """Mean of each tile, (rows, columns, channels); tiles at the right and lower edge may be smaller."""
+    rows = np.arange(0, image.shape[0], tile)
+    columns = np.arange(0, image.shape[1], tile)
+    sums = np.add.reduceat(np.add.reduceat(image.astype(np.float64), rows, axis=0), columns, axis=1)
+    return sums / tile_sizes(image.shape[0], image.shape[1], tile)[..., None]
+
+
+def tile_sizes(height: int, width: int, tile: int = TILE) -> NDArray[np.int64]:
+    """Number of pixels in each tile."""
+    heights = np.minimum(tile, height - np.arange(0, height, tile))
+    widths = np.minimum(tile, width - np.arange(0, width, tile))
+    return np.outer(heights, widths)
+
+
+@dataclass(frozen=True, slots=True)
+class SameImage:
+    """How far image A is from image B, tile by tile. Differences are relative to B, signed, 0.01 = 1 %.
+
+    total:       difference of the image means over all channels.
+    within:      share of tiles within `limit`.
+    beyond_noise:share of tiles outside `limit` by more than NOISE_SIGMAS standard deviations of the known noise; a tile
+                 outside `limit` that is not counted here may be there for noise alone.
+    worst:       the tile with the greatest difference: (difference, x, y), the pixel of its upper left corner.
+    noise:       median standard deviation of a tile's difference, from the reference halves; 0 if not known.
+    total_noise: standard deviation of `total`.
+    dark:        share of tiles below the floor, compared absolutely.
+    bad:         pixels with NaN or infinity in either image; they count as black in both.
+    tiles:       the signed difference of each tile, (rows, columns), of the channel where it is greatest.
+    """
+
+    limit: float
+    total: float
+    within: float
+    beyond_noise: float
+    worst: tuple[float, int, int]
+    noise: float
+    total_noise: float
+    dark: float
+    bad: int
+    tiles: NDArray[np.float64]
+
+    def holds(self, share: float = 0.99, total: float = 0.003) -> bool:
+        return self.bad == 0 and self.within >= share and abs(self.total) <= total
+
+
+def same_image(a: Reference, b: Reference, limit: float = 0.01, tile: int = TILE) -> SameImage:
+    """Compare two converged images by the means of their tiles.
+
+    A tile's difference is that of the channel where it is greatest, over the tile's mean over all channels of B (over
+    TILE_FLOOR · image mean where the tile is darker): a wrong hue counts, a channel that is nearly black does not.
+    Pixels are taken as independent, which is exact for the pixel filters that are sampled by jitter.
+    """
+    check_pair(a.image, b.image)
+    finite = np.isfinite(a.image).all(axis=2, keepdims=True) & np.isfinite(b.image).all(axis=2, keepdims=True)
+    image_a, image_b = np.where(finite, a.image, 0.0), np.where(finite, b.image, 0.0)
+    variance = np.where(finite, a.variance + b.variance, 0.0)
+
+    mean_b = float(image_b.mean())
+    means_b = tile_means(image_b, tile)
+    brightness = np.abs(means_b.mean(axis=2))
+    floor = TILE_FLOOR * abs(mean_b)
+    scale = np.maximum(brightness, floor)
+    scale = np.where(scale > 0, scale, 1.0)[..., None]
+    difference = (tile_means(image_a, tile) - means_b) / scale
+    count = tile_sizes(image_b.shape[0], image_b.shape[1], tile)[..., None]
+    deviation = np.sqrt(tile_means(variance, tile) / count) / scale
+
+    channel = np.abs(difference).argmax(axis=2)[..., None]
+    signed = np.take_along_axis(difference, channel, axis=2)[..., 0]
+    beyond = (np.abs(difference) - NOISE_SIGMAS * deviation > limit).any(axis=2)
+    y, x = np.unravel_index(np.abs(signed).argmax(), signed.shape)
+    return SameImage(
+        limit=limit,
+        total=float((image_a.mean() - mean_b) / (mean_b or 1.0)),
+        within=float((np.abs(signed) <= limit).mean()),
+        beyond_noise=float(beyond.mean()),
+        worst=(float(signed[y, x]), int(x) * tile, int(y) * tile),
+        noise=float(np.median(deviation)),
+        total_noise=float(np.sqrt(variance.sum()) / variance.size / (abs(mean_b) or 1.0)),
+        dark=float((brightness < floor).mean()),
+        bad=int((~finite).sum()),
+        tiles=signed,
+    )
+
+
+def time_at_error(
+    samples: list[int], errors: list[float], seconds: float, at: int, error: float
+) -> tuple[float, float]:
+    """Seconds and samples to reach `error`, by the fitted law; `seconds` is what `at` samples take, time ∝ samples."""
+    needed = fit_power_law(samples, errors).samples(error)
+    return seconds * needed / at, needed
