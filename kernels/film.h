@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// What a finished sample adds to its pixel, and how far a pixel still is from converged.
+// Where pixels are kept, and how a pass is turned into what Blender reads, is the device's and native/film.cpp's.
+#ifndef COTORRA_FILM_H
+#define COTORRA_FILM_H
+
+#include "math.h"
+
+#ifdef __cplusplus
+namespace cotorra {
+#endif
+
+// Sums over the samples of one pixel.
+struct FilmPixel {
+  vec3 radiance;
+  float alpha;
+};
+
+// Adds a sample. One that is infinite or not a number would spoil the pixel for good: it counts as black, and false is
+// returned.
+FN bool film_add(INOUT(FilmPixel) pixel, INOUT(vec3) radiance, float alpha) {
+  const float size = abs(radiance.x) + abs(radiance.y) + abs(radiance.z);
+  const bool finite = size < INFINITE_DISTANCE;
+  radiance = select(finite, radiance, vec3(0.0f));
+  pixel.radiance += radiance;
+  pixel.alpha += alpha;
+  return finite;
+}
+
+// Error of a pixel after n samples, relative to how bright it looks: difference of all samples to every second one
+// (Dammertz et al. 2010, as Cycles scales it). Compare with the noise threshold.
+FN float film_error(vec3 sum, vec3 odd, float n) {
+  const vec3 mean = sum * (1.0f / n);
+  const vec3 half_mean = odd * (2.0f / n);
+  const vec3 d = abs(mean - half_mean);
+  const float brightness = max(mean.x + mean.y + mean.z, 0.0f);
+  return (d.x + d.y + d.z) / (0.0001f + sqrt(brightness));
+}
+
+#ifdef __cplusplus
+}  // namespace cotorra
+#endif
+
+#endif

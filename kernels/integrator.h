@@ -1,0 +1,269 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The stages of a path: begin, escape, surface, light, bounce. A device runs them one after the other over many paths
+// and traces rays in between; Direct is the path of length one. No tracing, no queues and no film here.
+#ifndef COTORRA_INTEGRATOR_H
+#define COTORRA_INTEGRATOR_H
+
+#include "bsdf.h"
+#include "light.h"
+#include "sampling.h"
+#include "surface.h"
+
+#ifdef __cplusplus
+namespace cotorra {
+#endif
+
+// Random pairs of a path: a few for the camera, then a block for each vertex.
+const uint PAIR_FILTER = 0u;
+const uint PAIRS_BEFORE_VERTICES = 4u;
+const uint PAIRS_PER_VERTEX = 256u;
+const uint PAIR_BSDF = 0u;      // direction
+const uint PAIR_CHOICE = 1u;    // lobe; Russian roulette
+const uint PAIR_EMITTER = 2u;   // point on an emitting triangle
+const uint PAIR_PICK = 3u;      // which emitter; which lamp, where not all are sampled
+const uint PAIR_LIGHTS = 4u;    // one for each lamp
+FN uint vertex_pair(uint bounce, uint pair) { return PAIRS_BEFORE_VERTICES + bounce * PAIRS_PER_VERTEX + pair; }
+
+struct IntegratorData {
+  uint max_bounces;      // after the first hit; 0 = direct light
+  uint diffuse_bounces;
+  uint glossy_bounces;
+  uint roulette_start;   // the bounce from which a path may end at random
+};
+
+struct PathState {
+  vec3 throughput;
+  float pdf;             // with which the ray's direction was sampled; 0: camera ray or mirror
+  vec3 normal;           // at the vertex that the ray left
+  uint bounce;           // vertices before this ray
+  uint diffuse_bounces;
+  uint glossy_bounces;
+  uint ray_kind;         // VISIBLE_* bit of the ray
+  uint random;           // reversed sampler index
+};
+
+// Light that will arrive if nothing stands between the surface and the light.
+struct ShadowRay {
+  vec3 origin;
+  float t_max;
+  vec3 direction;
+  int group;
+  vec3 contribution;
+  uint visibility;       // VISIBLE_SHADOW, or 0 where the light casts no shadow
+};
+
+FN void path_begin(uint random, OUT(PathState) path) {
+  path.throughput = vec3(1.0f);
+  path.pdf = 0.0f;
+  path.normal = vec3(0.0f, 0.0f, 1.0f);
+  path.bounce = 0u;
+  path.diffuse_bounces = 0u;
+  path.glossy_bounces = 0u;
+  path.ray_kind = VISIBLE_CAMERA;
+  path.random = random;
+}
+
+// Weight of light that a ray found by itself, where light sampling draws the same direction with `light_pdf`.
+FN float found_weight(IN(PathState) path, float light_pdf) {
+  return path.pdf > 0.0f ? power_heuristic(path.pdf, light_pdf) : 1.0f;
+}
+
+// Lamp `index` as the ray meets it on its way of length t_max; lamps are transparent to rays, as in Cycles.
+FN vec3 path_meet_light(IN(SceneData) scene, uint index, IN(PathState) path, vec3 origin, vec3 direction, float t_max,
+                        OUT(int) group) {
+  const Light light = LOAD(scene.lights, index);
+  vec3 radiance;
+  float pdf;
+  group = light.group;
+  const bool seen = (light.visibility & path.ray_kind) != 0u && (light.flags & LIGHT_VISIBLE) != 0u &&
+                    path.bounce <= light.max_bounces;
+  if (!seen || !light_intersect(light, origin, direction, t_max, path.normal, radiance, pdf)) return vec3(0.0f);
+  if (path.bounce > 0u && (light.flags & LIGHT_USE_MIS) == 0u) return vec3(0.0f);  // light sampling brings all of it
+  return path.throughput * radiance * found_weight(path, pdf);
+}
+
+// The background, for a ray that met no surface.
+FN vec3 path_escape(IN(SceneData) scene, IN(PathState) path) {
+  return (scene.world_visibility & path.ray_kind) != 0u ? path.throughput * scene.world : vec3(0.0f);
+}
+
+// Light that the surface itself emits toward the ray's origin.
+FN vec3 path_emission(IN(SceneData) scene, IN(PathState) path, IN(Surface) s, IN(Material) material, vec3 wo, float t) {
+  float weight = 1.0f;
+  if ((material.flags & MATERIAL_SAMPLED) != 0u && path.pdf > 0.0f) {
+    // Light sampling picks a triangle in proportion to area x luminance, then a point uniformly.
+    const float area_pdf = luminance(material.emission) * scene.emitter_norm;
+    weight = power_heuristic(path.pdf, area_pdf * t * t / max(abs(dot(s.ng, wo)), 1e-8f));
+  }
+  return path.throughput * material.emission * weight;
+}
+
+// Amount by which a shadow ray's start is lifted onto the smooth surface, 0 to 1: full where the light is about to set
+// behind the flat triangle, nothing where it stands high (Cycles' "geometry offset", cutoff 0.1 by default).
+FN float terminator_amount(float cutoff, float n_wi, float ng_wi) {
+  const float a = abs(n_wi);
+  const float g = n_wi < 0.0f ? -ng_wi : ng_wi;
+  return clamp(a < cutoff ? 2.0f - (g + a) / cutoff : 1.0f - g / cutoff, 0.0f, 1.0f);
+}
+
+FN vec3 shadow_ray_origin(IN(SceneData) scene, IN(Surface) s, vec3 wi) {
+  vec3 origin = surface_ray_origin(s, wi);
+  if ((s.flags & SURFACE_SMOOTH) != 0u && s.terminator > 0.0f) {
+    const float amount = terminator_amount(s.terminator, dot(s.n, wi), dot(s.ng, wi));
+    if (amount > 0.0f) origin += surface_smooth_lift(scene, s) * amount;
+  }
+  return origin;
+}
+
+// BSDF times cosine toward wi, without the lobes that the light is hidden from.
+FN vec3 visible_bsdf(IN(Bsdf) bsdf, vec3 wo, vec3 wi, uint visibility, OUT(float) pdf) {
+  vec3 glossy;
+  const vec3 diffuse = bsdf_eval_lobes(bsdf, wo, wi, glossy, pdf);
+  return select((visibility & VISIBLE_DIFFUSE) != 0u, diffuse, vec3(0.0f)) +
+         select((visibility & VISIBLE_GLOSSY) != 0u, glossy, vec3(0.0f));
+}
+
+// One sample of lamp `index`. Returns false where nothing can arrive. `scale` is 1 / probability of having chosen it.
+FN bool path_sample_light(IN(SceneData) scene, uint index, IN(PathState) path, IN(Surface) s, IN(Bsdf) bsdf, vec3 wo,
+                          vec2 u, float scale, OUT(ShadowRay) ray) {
+  const Light light = LOAD(scene.lights, index);
+  LightSample l;
+  light_sample(light, s.p, s.n, u, l);
+  float bsdf_pdf;
+  const vec3 f = visible_bsdf(bsdf, wo, l.wi, light.visibility, bsdf_pdf);
+  float weight = scale;
+  if (FEATURE(FEATURE_BSDF_RAYS) && l.pdf > 0.0f && (light.flags & LIGHT_USE_MIS) != 0u) {
+    weight *= power_heuristic(l.pdf, bsdf_pdf);
+  }
+  ray.contribution = path.throughput * f * l.weight * weight;
+  ray.direction = l.wi;
+  ray.t_max = l.distance;
+  ray.group = light.group;
+  ray.visibility = select((light.flags & LIGHT_CAST_SHADOW) != 0u, VISIBLE_SHADOW, 0u);
+  ray.origin = s.p;
+  if (path.bounce > light.max_bounces || !(max_component(ray.contribution) > 0.0f)) return false;
+  ray.origin = shadow_ray_origin(scene, s, l.wi);
+  return true;
+}
+
+// A quick bound of what lamp `index` may contribute at the surface, to choose lamps by.
+FN float light_importance(IN(SceneData) scene, uint index, IN(Surface) s) {
+  const Light light = LOAD(scene.lights, index);
+  if (light.type == LIGHT_SUN) {
+    const float size = select(light.radius > 0.0f, 2.0f * PI * light.radius, 1.0f);
+    return luminance(light.radiance) * size * max(dot(s.n, -light.axis) + sqrt(2.0f * light.radius), 0.0f);
+  }
+  float d;
+  const vec3 wi = safe_normalize(light.position - s.p, d);
+  const float r2 = light.radius * light.radius;
+  const float power = luminance(light.radiance) * select(light.radius > 0.0f, PI * r2, 1.0f);
+  // The widest cosine that the light's disk can show.
+  const float cosine = min(max(dot(s.n, wi), 0.0f) + light.radius / max(d, 1e-6f), 1.0f);
+  const float spot = light.type == LIGHT_SPOT && light.radius < 0.1f * d ? spot_attenuation(light, wi) : 1.0f;
+  return power * cosine * spot / (d * d + r2 + 1e-12f);
+}
+
+// One lamp out of many, in proportion to its importance, by reservoir sampling with one number.
+// Returns its index, INVALID_ID where none can contribute; `scale` is 1 / probability.
+FN uint path_pick_light(IN(SceneData) scene, IN(Surface) s, float u, OUT(float) scale) {
+  float sum = 0.0f;
+  float chosen = 0.0f;
+  uint pick = INVALID_ID;
+  for (uint i = 0u; i < scene.light_count; ++i) {
+    const float w = light_importance(scene, i, s);
+    sum += w;
+    const float p = sum > 0.0f ? w / sum : 0.0f;
+    if (u < p) {
+      pick = i;
+      chosen = w;
+      u = u / p;
+    } else {
+      u = (u - p) / max(1.0f - p, 1e-8f);
+    }
+    u = min(u, 0.99999994f);
+  }
+  scale = chosen > 0.0f ? sum / chosen : 0.0f;
+  return chosen > 0.0f ? pick : INVALID_ID;
+}
+
+// One sample of the emitting triangles.
+FN bool path_sample_emitter(IN(SceneData) scene, IN(PathState) path, IN(Surface) s, IN(Bsdf) bsdf, vec3 wo,
+                            float u_pick, vec2 u, OUT(ShadowRay) ray) {
+  // 1. Pick a triangle by the cumulated distribution.
+  uint first = 0u;
+  uint last = scene.emitter_count - 1u;
+  while (first < last) {
+    const uint middle = (first + last) / 2u;
+    if (u_pick < LOAD(scene.emitters, middle).cdf) {
+      last = middle;
+    } else {
+      first = middle + 1u;
+    }
+  }
+  const Emitter e = LOAD(scene.emitters, first);
+  // 2. A point on it.
+  const vec2 b = triangle_from_square(u);
+  const vec3 q = e.v0 + e.edge1 * b.x + e.edge2 * b.y;
+  float d;
+  const vec3 wi = safe_normalize(q - s.p, d);
+  const float cos_light = abs(dot(e.normal, wi));
+  const float area_pdf = luminance(e.radiance) * scene.emitter_norm;
+  const float pdf = area_pdf * d * d / max(cos_light, 1e-8f);
+  float bsdf_pdf;
+  const vec3 f = visible_bsdf(bsdf, wo, wi, e.visibility, bsdf_pdf);
+  ray.contribution = path.throughput * f * e.radiance * (power_heuristic(pdf, bsdf_pdf) / pdf);
+  ray.direction = wi;
+  ray.group = e.group;
+  ray.visibility = VISIBLE_SHADOW;
+  ray.t_max = 0.0f;
+  ray.origin = s.p;
+  const bool self = e.instance == s.instance && e.triangle == s.triangle;
+  if (self || cos_light < 1e-8f || !(max_component(ray.contribution) > 0.0f)) return false;
+  // 3. Aim from the lifted start at the point itself, and stop short of it.
+  ray.origin = shadow_ray_origin(scene, s, wi);
+  ray.direction = safe_normalize(q - ray.origin, d);
+  ray.t_max = d * 0.9999f;
+  return true;
+}
+
+// The next direction. Returns false where the path ends.
+FN bool path_bounce(IN(IntegratorData) integrator, INOUT(PathState) path, IN(Surface) s, IN(Bsdf) bsdf, vec3 wo, vec2 u,
+                    vec2 u_choice, OUT(vec3) origin, OUT(vec3) direction) {
+  BsdfSample b;
+  bsdf_sample(bsdf, wo, u_choice.x, u, b);
+  origin = s.p;
+  direction = b.wi;
+  // A direction below the flat triangle would only meet the surface from inside.
+  if (!(b.pdf > 0.0f) || dot(b.wi, s.ng) <= 0.0f) return false;
+  path.throughput *= b.weight;
+  path.pdf = select((b.lobe & BSDF_SINGULAR) != 0u, 0.0f, b.pdf);
+  path.normal = s.n;
+  path.bounce += 1u;
+  if ((b.lobe & BSDF_DIFFUSE) != 0u) {
+    path.diffuse_bounces += 1u;
+    path.ray_kind = VISIBLE_DIFFUSE;
+  } else {
+    path.glossy_bounces += 1u;
+    path.ray_kind = VISIBLE_GLOSSY;
+  }
+  // Russian roulette: survive in proportion to what the path still carries, as it will look (square root).
+  if (path.bounce >= integrator.roulette_start) {
+    const float survival = min(sqrt(max_component(path.throughput)), 1.0f);
+    if (u_choice.y >= survival) return false;
+    path.throughput = path.throughput / survival;
+  }
+  origin = surface_ray_origin(s, b.wi);
+  return max_component(path.throughput) > 0.0f;
+}
+
+// May a ray of this path light surfaces where it lands, or only bring light home?
+FN bool path_is_last(IN(IntegratorData) integrator, IN(PathState) path) {
+  return path.bounce > integrator.max_bounces || path.diffuse_bounces > integrator.diffuse_bounces ||
+         path.glossy_bounces > integrator.glossy_bounces;
+}
+
+#ifdef __cplusplus
+}  // namespace cotorra
+#endif
+
+#endif

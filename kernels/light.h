@@ -1,0 +1,142 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Point, sun and spot lights: sampled by the solid angle they show, met by rays, in Blender's units.
+// Shadow and BSDF are the integrator's.
+#ifndef COTORRA_LIGHT_H
+#define COTORRA_LIGHT_H
+
+#include "sampling.h"
+#include "scene_types.h"
+
+#ifdef __cplusplus
+namespace cotorra {
+#endif
+
+struct LightSample {
+  vec3 wi;         // unit, from the surface to the light
+  float distance;  // to the light, INFINITE_DISTANCE for a sun
+  vec3 weight;     // radiance / pdf; for a delta light its irradiance on a surface that faces it
+  float pdf;       // solid angle; 0 for a delta light, which no ray can meet
+};
+
+// Attenuation of a spot in direction wi (surface to light): Blender's smoothed cone, in the lamp's own space.
+FN float spot_attenuation(IN(Light) light, vec3 wi) {
+  const vec3 l = vec3(dot(light.local_x, wi), dot(light.local_y, wi), dot(light.local_z, wi));
+  const float cos_theta = l.z / sqrt(max(dot(l, l), 1e-30f));
+  return smoothstep01((cos_theta - light.cos_spot) * light.spot_scale);
+}
+
+// 1 - cos of the half angle under which a point light of size shows from squared distance d2.
+FN float point_light_cap(IN(Light) light, float d2) {
+  const float r2 = light.radius * light.radius;
+  // A disk that faces the point fills sin^2 = r2 / (d2 + r2) of the cone; a sphere r2 / d2.
+  const bool disk = (light.flags & LIGHT_SOFT_FALLOFF) != 0u;
+  return one_minus_cos_from_sin2(r2 / (d2 + select(disk, r2, 0.0f)));
+}
+
+// Distance along wi to a point light of size, whose centre lies at distance d and cosine c from wi.
+FN float point_light_distance(IN(Light) light, float d, float c) {
+  const float r2 = light.radius * light.radius;
+  const float root = sqrt(max(r2 - d * d * max(1.0f - c * c, 0.0f), 0.0f));
+  const bool disk = (light.flags & LIGHT_SOFT_FALLOFF) != 0u;
+  return select(disk, d / max(c, 1e-6f), select(d * d > r2, d * c - root, d * c + root));
+}
+
+// Point and spot lights. `n` serves only where the point lies inside a spherical light.
+FN void point_light_sample(IN(Light) light, vec3 p, vec3 n, vec2 u, OUT(LightSample) s) {
+  float d;
+  const vec3 axis = safe_normalize(light.position - p, d);
+  const float d2 = d * d;
+  s.wi = axis;
+  s.distance = d;
+  s.pdf = 0.0f;
+  float scale = 1.0f / max(d2, 1e-20f);
+  if (FEATURE(FEATURE_SOFT_LIGHTS) && light.radius > 0.0f) {
+    const bool inside = (light.flags & LIGHT_SOFT_FALLOFF) == 0u && d <= light.radius;
+    vec3 frame = axis;
+    vec3 local;
+    vec3 t;
+    vec3 b;
+    if (inside) {
+      // Light from all around: the cosine about the normal is all that is left to sample.
+      frame = n;
+      local = cosine_hemisphere_from_square(u);
+      s.pdf = max(local.z, 1e-6f) * INV_PI;
+    } else {
+      const float h = point_light_cap(light, d2);
+      local = cone_from_square(u, h);
+      s.pdf = 1.0f / max(2.0f * PI * h, 1e-30f);
+    }
+    orthonormal_basis(frame, t, b);
+    s.wi = to_world(local, t, b, frame);
+    s.distance = point_light_distance(light, d, dot(s.wi, axis));
+    scale = 1.0f / s.pdf;
+    if (light.type == LIGHT_SPOT && !inside) scale *= spot_attenuation(light, s.wi);
+  } else if (light.type == LIGHT_SPOT) {
+    scale *= spot_attenuation(light, s.wi);
+  }
+  s.weight = light.radiance * scale;
+}
+
+FN void sun_light_sample(IN(Light) light, vec2 u, OUT(LightSample) s) {
+  const vec3 axis = -light.axis;
+  s.wi = axis;
+  s.distance = INFINITE_DISTANCE;
+  s.pdf = 0.0f;
+  s.weight = light.radiance;
+  if (FEATURE(FEATURE_SOFT_LIGHTS) && light.radius > 0.0f) {
+    // For a sun `radius` holds 1 - cos(angle / 2).
+    vec3 t;
+    vec3 b;
+    orthonormal_basis(axis, t, b);
+    s.wi = to_world(cone_from_square(u, light.radius), t, b, axis);
+    s.pdf = 1.0f / (2.0f * PI * light.radius);
+    s.weight = light.radiance * (2.0f * PI * light.radius);
+  }
+}
+
+// A direction toward the light from surface point p with normal n, and what arrives along it.
+FN void light_sample(IN(Light) light, vec3 p, vec3 n, vec2 u, OUT(LightSample) s) {
+  if (light.type == LIGHT_SUN) {
+    sun_light_sample(light, u, s);
+  } else {
+    point_light_sample(light, p, n, u, s);
+  }
+}
+
+// Does the ray meet the light nearer than t_max? If so: radiance seen, and the pdf with which light_sample would have
+// drawn the direction from `origin`, whose normal was `n`.
+FN bool light_intersect(IN(Light) light, vec3 origin, vec3 direction, float t_max, vec3 n, OUT(vec3) radiance,
+                        OUT(float) pdf) {
+  radiance = light.radiance;
+  pdf = 0.0f;
+  if (light.radius <= 0.0f) return false;
+  if (light.type == LIGHT_SUN) {
+    pdf = 1.0f / (2.0f * PI * light.radius);
+    // |difference|^2 = 2 (1 - cos), without the cancellation of 1 - dot.
+    const vec3 difference = direction + light.axis;
+    return t_max >= INFINITE_DISTANCE && dot(difference, difference) <= 2.0f * light.radius;
+  }
+  float d;
+  const vec3 axis = safe_normalize(light.position - origin, d);
+  const float c = dot(axis, direction);
+  const bool disk = (light.flags & LIGHT_SOFT_FALLOFF) != 0u;
+  const bool inside = !disk && d <= light.radius;
+  const vec3 difference = direction - axis;
+  const float h = point_light_cap(light, d * d);
+  if (!inside && dot(difference, difference) > 2.0f * h) return false;
+  const float t = point_light_distance(light, d, c);
+  if (t >= t_max || t <= 0.0f) return false;
+  pdf = inside ? max(dot(n, direction), 1e-6f) * INV_PI : 1.0f / max(2.0f * PI * h, 1e-30f);
+  if (light.type == LIGHT_SPOT) {
+    // Blender's spots are seen from the front only.
+    if (dot(direction, light.axis) >= 0.0f && !inside) return false;
+    if (!inside) radiance = radiance * spot_attenuation(light, direction);
+  }
+  return true;
+}
+
+#ifdef __cplusplus
+}  // namespace cotorra
+#endif
+
+#endif

@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Constants, bases and polynomials that the other kernels share.
+// No random numbers and no light transport here.
+#ifndef COTORRA_MATH_H
+#define COTORRA_MATH_H
+
+#include "language.h"
+
+#ifdef __cplusplus
+namespace cotorra {
+#endif
+
+const float PI = 3.14159265358979f;
+const float INV_PI = 0.318309886183791f;
+const float INFINITE_DISTANCE = 1e30f;  // finite, so that differences of distances stay numbers
+
+FN float sqr(float a) { return a * a; }
+FN float max_component(vec3 a) { return max(a.x, max(a.y, a.z)); }
+FN float luminance(vec3 rgb) { return dot(rgb, vec3(0.2126f, 0.7152f, 0.0722f)); }
+FN bool is_black(vec3 a) { return max_component(abs(a)) == 0.0f; }
+
+// 1 - cos(theta) from sin(theta)^2, without the cancellation near 0.
+FN float one_minus_cos_from_sin2(float sin2) {
+  const float s = clamp(sin2, 0.0f, 1.0f);
+  return s / (1.0f + sqrt(1.0f - s));
+}
+
+// A unit vector in the direction of `a`, and its length; (0, 0, 1) and 0 for a null vector.
+FN vec3 safe_normalize(vec3 a, OUT(float) len) {
+  const float d2 = dot(a, a);
+  len = sqrt(d2);
+  return d2 > 0.0f ? a * (1.0f / len) : vec3(0.0f, 0.0f, 1.0f);
+}
+
+// Two unit vectors that complete the unit vector n to a right-handed basis (Duff et al. 2017, listing 3).
+FN void orthonormal_basis(vec3 n, OUT(vec3) t, OUT(vec3) b) {
+  const float s = n.z >= 0.0f ? 1.0f : -1.0f;
+  const float a = -1.0f / (s + n.z);
+  const float c = n.x * n.y * a;
+  t = vec3(1.0f + s * n.x * n.x * a, s * c, -s * n.x);
+  b = vec3(c, s + n.y * n.y * a, -n.y);
+}
+
+FN vec3 to_world(vec3 v, vec3 t, vec3 b, vec3 n) { return t * v.x + b * v.y + n * v.z; }
+
+// sin(x) and cos(x) for |x| <= pi/4 to 1e-7: Taylor with the last terms fitted; the same bits on each device.
+FN float sin_quarter(float x) {
+  const float x2 = x * x;
+  return x * (1.0f + x2 * (-0.166666664f + x2 * (0.00833321567f + x2 * -0.000195152956f)));
+}
+FN float cos_quarter(float x) {
+  const float x2 = x * x;
+  return 1.0f + x2 * (-0.5f + x2 * (0.0416666418f + x2 * (-0.00138873162f + x2 * 2.44331571e-5f)));
+}
+
+// Smooth step between 0 and 1 of an argument that is clamped.
+FN float smoothstep01(float x) {
+  const float t = clamp(x, 0.0f, 1.0f);
+  return t * t * (3.0f - 2.0f * t);
+}
+
+#ifdef __cplusplus
+}  // namespace cotorra
+#endif
+
+#endif

@@ -1,0 +1,180 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The records that a kernel reads of a scene: laid out alike in C++ and in GLSL's scalar layout.
+// Who fills them (native/scene.cpp) and who owns the memory is not told here.
+#ifndef COTORRA_SCENE_TYPES_H
+#define COTORRA_SCENE_TYPES_H
+
+#include "language.h"
+
+#ifdef __cplusplus
+namespace cotorra {
+#endif
+
+// ---- Features: what a scene uses. One bit is one part of the kernels that can be left out (see FEATURE in
+// language.h).
+const uint FEATURE_BOUNCES = 1u;           // indirect light: the path goes on after the first hit
+const uint FEATURE_SOFT_LIGHTS = 2u;       // a light has a size: its directions are sampled
+const uint FEATURE_VISIBLE_LIGHTS = 4u;    // a light with a size can be met by a ray (camera or bounce)
+const uint FEATURE_EMISSIVE_MESHES = 8u;   // a material emits: hits emit, and triangles are sampled as lights
+const uint FEATURE_WORLD = 16u;            // the world has a colour other than black
+const uint FEATURE_SPECULAR = 32u;         // a material has a specular or metallic lobe
+const uint FEATURE_BSDF_RAYS =
+    64u;        // light is also found by sampling the BSDF (needed by world, emitters, sharp gloss)
+const uint FEATURE_DATA_PASSES = 128u;     // passes beyond Combined are written
+const uint FEATURE_LIGHT_GROUPS = 256u;    // contributions of lights are kept apart
+const uint FEATURE_TRANSPARENCY = 512u;    // a material lets rays through (alpha below 1)
+
+// ---- Ray visibility, as Blender's visible_* flags; also Embree's ray masks.
+const uint VISIBLE_CAMERA = 1u;
+const uint VISIBLE_DIFFUSE = 2u;
+const uint VISIBLE_GLOSSY = 4u;
+const uint VISIBLE_TRANSMISSION = 8u;
+const uint VISIBLE_VOLUME = 16u;
+const uint VISIBLE_SHADOW = 32u;
+const uint VISIBLE_ALL = 63u;
+
+const uint INVALID_ID = 0xffffffffu;
+
+const uint LIGHT_POINT = 0u;
+const uint LIGHT_SUN = 1u;
+const uint LIGHT_SPOT = 2u;
+
+const uint LIGHT_SOFT_FALLOFF = 1u;  // a disk that faces the shading point; else a sphere
+const uint LIGHT_CAST_SHADOW = 2u;
+const uint LIGHT_VISIBLE = 4u;  // rays can meet it
+const uint LIGHT_USE_MIS = 8u;  // bounces meet it too, so light sampling shares the work with them
+
+// One lamp. World space; radiometric quantities in the scene's linear colour space.
+struct Light {
+  vec3 position;      // point, spot: metres
+  float radius;       // point, spot: metres, 0 = delta
+  vec3 axis;          // unit, from the light into the scene (local -Z); sun: the direction of travel
+  float cos_spot;     // cos(spot_size / 2)
+  vec3 radiance;      // size above 0: emitted radiance; delta: intensity (W/sr) or, sun, irradiance (W/m2)
+  float spot_scale;   // 1 / ((1 - cos_spot) * blend); large for a hard edge
+  vec3 local_x;       // rows of the world-to-local rotation, for spots that are sheared or scaled
+  float cos_sun;      // sun: cos(angle / 2)
+  vec3 local_y;
+  uint type;          // LIGHT_*
+  vec3 local_z;
+  uint flags;         // LIGHT_SOFT_FALLOFF ...
+  uint visibility;    // VISIBLE_*: which rays meet the light
+  int group;          // light group, -1 = none
+  uint max_bounces;   // last bounce that this light lights
+  uint name_index;    // position in the exporter's list, for messages
+};
+
+const uint MATERIAL_EMISSIVE = 1u;     // emission is not black
+const uint MATERIAL_SPECULAR = 2u;     // has a dielectric or metallic lobe
+const uint MATERIAL_DIFFUSE = 4u;      // has a diffuse lobe
+const uint MATERIAL_TRANSPARENT = 8u;  // alpha below 1
+const uint MATERIAL_SAMPLED = 32u;     // its triangles are sampled as lights
+const uint MATERIAL_MULTI_GGX = 16u;   // microfacet energy is preserved (Blender's "Multiscatter GGX")
+
+// One material: Principled BSDF, as far as it is a constant.
+struct Material {
+  vec3 base_color;
+  float metallic;
+  vec3 specular_tint;
+  float roughness;        // as the user sets it; alpha = roughness squared
+  vec3 emission;          // colour times strength, W/(sr m2)
+  float ior;
+  float specular_level;   // "Specular IOR Level", 0.5 = as the IOR says
+  float alpha;
+  uint flags;             // MATERIAL_*
+  int pass_index;
+};
+
+BUFFER_REF(uint, UintBuffer)
+BUFFER_REF(float, FloatBuffer)
+BUFFER_REF(vec2, Vec2Buffer)
+BUFFER_REF(vec3, Vec3Buffer)
+BUFFER_REF(uvec3, Uvec3Buffer)
+
+// One triangle mesh. Buffers that a mesh does not have are null, and its flags say so.
+const uint MESH_SMOOTH_VERTEX = 1u;  // normals has one entry a vertex
+const uint MESH_SMOOTH_CORNER = 2u;  // normals has one entry a corner
+const uint MESH_HAS_UV = 4u;         // uv has one entry a corner
+const uint MESH_HAS_SLOTS = 8u;      // material slot per triangle
+const uint MESH_MIRRORED = 16u;      // moved to world space by a mirroring transform: triangles are turned over
+
+struct Mesh {
+  Vec3Buffer positions;    // [vertices], object space, or world space where the mesh is not instanced
+  Uvec3Buffer triangles;   // [triangles] vertex indices
+  Uvec3Buffer corners;     // [triangles] corner indices
+  Vec3Buffer normals;
+  Vec2Buffer uv;
+  UintBuffer slots;        // [triangles] material slot
+  uint flags;              // MESH_*
+  uint triangle_count;
+};
+
+// One object in the scene.
+struct Instance {
+  vec3 x_axis;        // object-to-world, by columns; identity where the mesh is in world space already
+  uint mesh;
+  vec3 y_axis;
+  uint material_base; // its first material in `material_slots`
+  vec3 z_axis;
+  uint material_count;
+  vec3 origin;
+  int pass_index;
+  vec3 normal_x;      // columns of the inverse transpose, for normals
+  uint visibility;
+  vec3 normal_y;
+  uint flags;         // INSTANCE_*
+  vec3 normal_z;
+  int light_group;
+};
+const uint INSTANCE_IDENTITY = 1u;  // the transform is the identity
+const uint INSTANCE_TERMINATOR_SHIFT = 16u;  // above: Cycles' shadow terminator geometry offset, 0 to 65535
+
+// One emitting triangle, in world space.
+struct Emitter {
+  vec3 v0;
+  float area;
+  vec3 edge1;
+  uint instance;
+  vec3 edge2;
+  uint triangle;
+  vec3 normal;        // geometric, unit
+  uint material;
+  vec3 radiance;
+  float cdf;          // cumulated selection probability up to and with this emitter
+  uint visibility;
+  int group;
+};
+
+BUFFER_REF(Light, LightBuffer)
+BUFFER_REF(Material, MaterialBuffer)
+BUFFER_REF(Mesh, MeshBuffer)
+BUFFER_REF(Instance, InstanceBuffer)
+BUFFER_REF(Emitter, EmitterBuffer)
+
+// The whole scene, as a kernel sees it.
+struct SceneData {
+  LightBuffer lights;
+  MaterialBuffer materials;
+  UintBuffer material_slots;
+  MeshBuffer meshes;
+  InstanceBuffer instances;
+  EmitterBuffer emitters;
+  FloatBuffer albedo;        // tables of bsdf_tables.h
+  FloatBuffer filter_table;  // inverse CDF of the pixel filter
+  uint light_count;
+  uint emitter_count;
+  uint instance_count;
+  uint material_count;
+  vec3 world;                // radiance of the background
+  uint world_visibility;
+  float emitter_norm;        // 1 / sum of area x luminance over the emitters
+  int world_group;
+};
+
+#ifdef __cplusplus
+static_assert(sizeof(Light) == 112 && sizeof(Material) == 64 && sizeof(Mesh) == 56 && sizeof(Instance) == 112 &&
+              sizeof(Emitter) == 88 && sizeof(SceneData) == 104);
+}  // namespace cotorra
+#endif
+
+#endif

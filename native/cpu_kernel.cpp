@@ -1,0 +1,498 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The wavefront on a CPU: runs the stages of kernels/integrator.h over a batch of paths, with Embree's packets in
+// between. Compiled once for each instruction set and set of features; what FEATURE leaves out leaves no code here.
+#include <algorithm>
+#include <array>
+#include <cstring>
+#include <vector>
+
+#include "cpu_kernel.h"
+
+namespace cotorra {
+namespace {
+constexpr std::uint32_t KERNEL_FEATURES = COTORRA_KERNEL_FEATURES;
+}  // namespace
+}  // namespace cotorra
+
+#include "../kernels/integrator.h"
+
+#if defined(__AVX512F__)
+#define COTORRA_PACKET 16
+#elif defined(__AVX2__)
+#define COTORRA_PACKET 8
+#else
+#define COTORRA_PACKET 4
+#endif
+
+namespace cotorra {
+namespace {
+
+constexpr int kWidth = COTORRA_PACKET;  // rays of one packet
+constexpr int kLanes = 1024;            // paths of one batch
+constexpr int kLastSharedPair = 250;    // lamps beyond share random pairs
+
+// Embree's entry points for this packet width.
+void intersect(const embree::Api &rtc, const int *valid, embree::Scene bvh, embree::RayHit<kWidth> *packet,
+               embree::QueryArguments *arguments) {
+#if COTORRA_PACKET == 16
+  rtc.intersect16(valid, bvh, packet, arguments);
+#elif COTORRA_PACKET == 8
+  rtc.intersect8(valid, bvh, packet, arguments);
+#else
+  rtc.intersect4(valid, bvh, packet, arguments);
+#endif
+}
+
+void occluded(const embree::Api &rtc, const int *valid, embree::Scene bvh, embree::Ray<kWidth> *packet,
+              embree::QueryArguments *arguments) {
+#if COTORRA_PACKET == 16
+  rtc.occluded16(valid, bvh, packet, arguments);
+#elif COTORRA_PACKET == 8
+  rtc.occluded8(valid, bvh, packet, arguments);
+#else
+  rtc.occluded4(valid, bvh, packet, arguments);
+#endif
+}
+
+template <class T, std::size_t N>
+struct alignas(64) Array : std::array<T, N> {};
+
+// The paths of a batch. Lanes are compacted at each vertex: `slot` tells which sample a lane belongs to.
+struct Batch final : Workspace {
+  Array<embree::RayHit<kWidth>, kLanes / kWidth> packets;
+  Array<PathState, kLanes> path;
+  Array<Surface, kLanes> surface;
+  Array<Bsdf, kLanes> bsdf;
+  Array<vec3, kLanes> wo;
+  Array<uint, kLanes> slot;
+  Array<uint, kLanes> random;
+  Array<float, kLanes> u, v, u2, v2;
+  // By sample:
+  Array<std::uint16_t, kLanes> pixel;  // its place in the tile
+  Array<vec3, kLanes> radiance;
+  Array<float, kLanes> alpha;
+  std::vector<vec3> groups;
+  // The shadow packet that is being filled.
+  embree::Ray<kWidth> shadow;
+  std::array<uint, kWidth> shadow_slot;
+  std::array<vec3, kWidth> shadow_contribution;
+  std::array<int, kWidth> shadow_group;
+  int shadow_count = 0;
+  // What a call adds to the tile, kept apart so that a cancelled call leaves nothing half done.
+  FilmTile staged;
+};
+
+// Random pairs of many paths at once; the loop vectorises.
+void fill_pairs(const uint *index, int n, uint pair_seed, float *u, float *v) {
+  for (int i = 0; i < n; ++i) {
+    const vec2 p = sampler_pair(index[i], pair_seed);
+    u[i] = p.x;
+    v[i] = p.y;
+  }
+}
+
+class Renderer {
+ public:
+  Renderer(const RenderJob &job, Batch &batch, RayCounts &counts, int x0, int y0)
+      : job_(job), scene_(*job.scene), b_(batch), counts_(counts) {
+    limits_ = {job.limits.max_bounces, job.limits.diffuse_bounces, job.limits.glossy_bounces,
+               job.limits.roulette_start};
+    block_seed_ = sampler_block_seed(static_cast<uint>(x0), static_cast<uint>(y0), job.sample_bits, job.seed);
+    arguments_.feature_mask = job.embree_features;
+  }
+
+  // Samples [first, first + per_pixel) of `pixels`, which are places in the tile.
+  void render(std::span<const std::uint16_t> pixels, const FilmTile &tile, int x_offset, int y_offset, uint first,
+              uint per_pixel) {
+    begin(pixels, tile, x_offset, y_offset, first, per_pixel);
+    int lanes = static_cast<int>(pixels.size() * per_pixel);
+    counts_.samples += static_cast<std::uint64_t>(lanes);
+    counts_.camera += static_cast<std::uint64_t>(lanes);
+    for (uint bounce = 0; lanes > 0; ++bounce) {
+      trace(lanes, bounce == 0);
+      lanes = shade(lanes, bounce);
+      light(lanes, bounce);
+      if (!FEATURE(FEATURE_BOUNCES) && !FEATURE(FEATURE_BSDF_RAYS)) break;
+      lanes = bounce_rays(lanes, bounce);
+      counts_.bounce += static_cast<std::uint64_t>(lanes);
+    }
+    add(pixels, first, per_pixel);
+  }
+
+ private:
+  // ---- Stage 1: camera rays.
+  void begin(std::span<const std::uint16_t> pixels, const FilmTile &tile, int x_offset, int y_offset, uint first,
+             uint per_pixel) {
+    int lane = 0;
+    for (const std::uint16_t pixel : pixels) {
+      const int x = x_offset + pixel % tile.width;
+      const int y = y_offset + pixel / tile.width;
+      for (uint s = 0; s < per_pixel; ++s, ++lane) {
+        const auto i = static_cast<std::size_t>(lane);
+        b_.pixel[i] = pixel;
+        b_.random[i] = sampler_index(static_cast<uint>(x), static_cast<uint>(y), first + s, job_.sample_bits);
+        // Held in u2, v2 until the filter offsets are known.
+        b_.u2[i] = static_cast<float>(x) + 0.5f;
+        b_.v2[i] = static_cast<float>(y) + 0.5f;
+      }
+    }
+    fill_pairs(b_.random.data(), lane, sampler_pair_seed(block_seed_, PAIR_FILTER), b_.u.data(), b_.v.data());
+    for (std::size_t i = 0; i < static_cast<std::size_t>(lane); ++i) {
+      b_.u[i] = filter_sample(scene_.filter_table, b_.u[i]) * job_.camera.filter_radius;
+      b_.v[i] = filter_sample(scene_.filter_table, b_.v[i]) * job_.camera.filter_radius;
+      CameraRay ray;
+      camera_ray(job_.camera, b_.u2[i] + b_.u[i], b_.v2[i] + b_.v[i], ray);
+      set_ray(i, ray.origin, ray.direction, ray.t_min, ray.t_max, VISIBLE_CAMERA);
+      path_begin(b_.random[i], b_.path[i]);
+      b_.slot[i] = static_cast<uint>(i);
+      b_.radiance[i] = vec3(0.0f);
+      b_.alpha[i] = 1.0f;
+    }
+    if (FEATURE(FEATURE_LIGHT_GROUPS)) {
+      b_.groups.assign(static_cast<std::size_t>(lane) * job_.passes.light_groups, vec3(0.0f));
+    }
+  }
+
+  void set_ray(std::size_t i, vec3 origin, vec3 direction, float t_min, float t_max, uint mask) {
+    embree::RayHit<kWidth> &p = b_.packets[i / kWidth];
+    const std::size_t k = i % kWidth;
+    p.ray.org_x[k] = origin.x;
+    p.ray.org_y[k] = origin.y;
+    p.ray.org_z[k] = origin.z;
+    p.ray.dir_x[k] = direction.x;
+    p.ray.dir_y[k] = direction.y;
+    p.ray.dir_z[k] = direction.z;
+    p.ray.tnear[k] = t_min;
+    p.ray.tfar[k] = t_max;
+    p.ray.time[k] = 0.0f;
+    p.ray.mask[k] = mask;
+    p.hit.geom_id[k] = embree::kInvalidId;
+    p.hit.inst_id[k] = embree::kInvalidId;
+    p.hit.inst_prim_id[k] = 0;
+  }
+
+  // ---- Stage 2: the nearest surface.
+  void trace(int lanes, bool coherent) {
+    arguments_.flags = coherent ? embree::kCoherent : embree::kIncoherent;
+    alignas(64) int valid[kWidth];
+    for (int first = 0; first < lanes; first += kWidth) {
+      for (int k = 0; k < kWidth; ++k) valid[k] = first + k < lanes ? -1 : 0;
+      intersect(*job_.rtc, valid, job_.bvh, &b_.packets[static_cast<std::size_t>(first / kWidth)], &arguments_);
+    }
+  }
+
+  void add_light(uint slot, vec3 value, int group) {
+    b_.radiance[slot] += value;
+    if (FEATURE(FEATURE_LIGHT_GROUPS) && group >= 0 && group < static_cast<int>(job_.passes.light_groups)) {
+      b_.groups[slot * job_.passes.light_groups + static_cast<uint>(group)] += value;
+    }
+  }
+
+  // ---- Stage 3: what the ray met. Lanes that go on are compacted to the front; returns how many.
+  int shade(int lanes, uint bounce) {
+    std::size_t next = 0;
+    for (std::size_t i = 0; i < static_cast<std::size_t>(lanes); ++i) {
+      const embree::RayHit<kWidth> &p = b_.packets[i / kWidth];
+      const std::size_t k = i % kWidth;
+      const PathState path = b_.path[i];
+      const uint slot = b_.slot[i];
+      const vec3 direction(p.ray.dir_x[k], p.ray.dir_y[k], p.ray.dir_z[k]);
+      const bool missed = p.hit.geom_id[k] == embree::kInvalidId;
+
+      if (FEATURE(FEATURE_VISIBLE_LIGHTS)) {
+        const vec3 origin(p.ray.org_x[k], p.ray.org_y[k], p.ray.org_z[k]);
+        meet_lights(path, slot, origin, direction, missed ? INFINITE_DISTANCE : p.ray.tfar[k]);
+      }
+      if (missed) {
+        escape(path, slot, bounce);
+        continue;
+      }
+      Hit hit;
+      hit.t = p.ray.tfar[k];
+      hit.u = p.hit.u[k];
+      hit.v = p.hit.v[k];
+      hit.triangle = p.hit.prim_id[k];
+      const bool instanced = p.hit.inst_id[k] != embree::kInvalidId;
+      hit.instance = instanced ? job_.first_instances[p.hit.inst_id[k]] + p.hit.inst_prim_id[k]
+                               : job_.first_instances[p.hit.geom_id[k]];
+      Surface &surface = b_.surface[next];
+      surface_from_hit(scene_, hit, direction, surface);
+      const Material &material = scene_.materials.v[surface.material];
+      const vec3 wo = -direction;
+      if (FEATURE(FEATURE_EMISSIVE_MESHES) && (material.flags & MATERIAL_EMISSIVE) != 0u) {
+        const vec3 emission = path_emission(scene_, path, surface, material, wo, hit.t);
+        add_light(slot, emission, scene_.instances.v[hit.instance].light_group);
+        if (FEATURE(FEATURE_DATA_PASSES) && bounce == 0 && job_.passes.emission) {
+          b_.staged.emission[b_.pixel[slot]] += emission;
+        }
+      }
+      if (path_is_last(limits_, path)) continue;
+      bsdf_prepare(scene_, material, surface.n, wo, b_.bsdf[next]);
+      if (FEATURE(FEATURE_DATA_PASSES) && bounce == 0) {
+        record(slot, surface, material, b_.bsdf[next]);
+      }
+      b_.path[next] = path;
+      b_.slot[next] = slot;
+      b_.wo[next] = wo;
+      b_.random[next] = path.random;
+      ++next;
+    }
+    return static_cast<int>(next);
+  }
+
+  void meet_lights(const PathState &path, uint slot, vec3 origin, vec3 direction, float t) {
+    for (uint l = 0; l < scene_.light_count; ++l) {
+      int group;
+      const vec3 seen = path_meet_light(scene_, l, path, origin, direction, t, group);
+      if (is_black(seen)) continue;
+      add_light(slot, seen, group);
+      if (FEATURE(FEATURE_DATA_PASSES) && path.bounce == 0 && job_.passes.emission) {
+        b_.staged.emission[b_.pixel[slot]] += seen;
+      }
+    }
+  }
+
+  void escape(const PathState &path, uint slot, uint bounce) {
+    if (FEATURE(FEATURE_WORLD)) {
+      const vec3 world = path_escape(scene_, path);
+      if (FEATURE(FEATURE_DATA_PASSES) && bounce == 0 && job_.passes.environment) {
+        b_.staged.environment[b_.pixel[slot]] += world;
+      }
+      if (bounce > 0 || !job_.transparent) add_light(slot, world, scene_.world_group);
+    }
+    if (bounce == 0) b_.alpha[slot] = 0.0f;
+  }
+
+  // Passes that describe the first surface. `slot` is the sample, whose filter offset u, v still hold.
+  void record(uint slot, const Surface &s, const Material &material, const Bsdf &bsdf) {
+    const std::size_t pixel = b_.pixel[slot];
+    if (job_.passes.nearest) {
+      NearestRecord &r = b_.staged.nearest[pixel];
+      const float distance2 = sqr(b_.u[slot]) + sqr(b_.v[slot]);
+      if (distance2 < r.distance2) {
+        r.distance2 = distance2;
+        r.depth = camera_depth(job_.camera, s.p);
+        r.position = s.p;
+        r.object_index = static_cast<float>(scene_.instances.v[s.instance].pass_index);
+        r.material_index = static_cast<float>(material.pass_index);
+      }
+    }
+    if (job_.passes.surface) {
+      SurfaceRecord &r = b_.staged.surface[pixel];
+      r.normal += s.n;
+      const vec2 uv = surface_uv(scene_, s);
+      r.uv = r.uv + uv;
+      r.uv_coverage += 1.0f;
+      r.diffuse_color += bsdf.diffuse * PI;
+    }
+  }
+
+  // ---- Stage 4: light from lamps and emitting triangles, with shadow rays.
+  void light(int lanes, uint bounce) {
+    if (lanes == 0) return;
+    const bool all = scene_.light_count <= job_.lights_at_once;
+    arguments_.flags = bounce == 0 ? embree::kCoherent : embree::kIncoherent;
+    if (all) {
+      for (uint l = 0; l < scene_.light_count; ++l) sample_light(l, lanes, bounce);
+    } else {
+      sample_picked_lights(lanes, bounce);
+    }
+    if (FEATURE(FEATURE_EMISSIVE_MESHES) && scene_.emitter_count > 0) sample_emitters(lanes, bounce);
+    flush_shadow(bounce);
+  }
+
+  uint pair_seed(uint bounce, uint pair) const { return sampler_pair_seed(block_seed_, vertex_pair(bounce, pair)); }
+
+  void sample_light(uint index, int lanes, uint bounce) {
+    if (FEATURE(FEATURE_SOFT_LIGHTS)) {
+      fill_pairs(b_.random.data(), lanes, pair_seed(bounce, PAIR_LIGHTS + index % kLastSharedPair), b_.u2.data(),
+                 b_.v2.data());
+    }
+    for (std::size_t i = 0; i < static_cast<std::size_t>(lanes); ++i) {
+      ShadowRay ray;
+      if (path_sample_light(scene_, index, b_.path[i], b_.surface[i], b_.bsdf[i], b_.wo[i], vec2(b_.u2[i], b_.v2[i]),
+                            1.0f, ray)) {
+        queue_shadow(ray, b_.slot[i], bounce);
+      }
+    }
+  }
+
+  void sample_picked_lights(int lanes, uint bounce) {
+    // The first vertex fills the picture: it gets several lamps, stratified over their importance.
+    const uint picks = bounce == 0 ? job_.lights_at_once : 1u;
+    Array<float, kLanes> pick, unused;
+    fill_pairs(b_.random.data(), lanes, pair_seed(bounce, PAIR_PICK), pick.data(), unused.data());
+    for (uint k = 0; k < picks; ++k) {
+      fill_pairs(b_.random.data(), lanes, pair_seed(bounce, PAIR_LIGHTS + k), b_.u2.data(), b_.v2.data());
+      for (std::size_t i = 0; i < static_cast<std::size_t>(lanes); ++i) {
+        float scale;
+        const float u = (static_cast<float>(k) + pick[i]) / static_cast<float>(picks);
+        const uint index = path_pick_light(scene_, b_.surface[i], min(u, 0.99999994f), scale);
+        ShadowRay ray;
+        if (index != INVALID_ID &&
+            path_sample_light(scene_, index, b_.path[i], b_.surface[i], b_.bsdf[i], b_.wo[i], vec2(b_.u2[i], b_.v2[i]),
+                              scale / static_cast<float>(picks), ray)) {
+          queue_shadow(ray, b_.slot[i], bounce);
+        }
+      }
+    }
+  }
+
+  void sample_emitters(int lanes, uint bounce) {
+    Array<float, kLanes> pick, unused;
+    fill_pairs(b_.random.data(), lanes, pair_seed(bounce, PAIR_PICK), unused.data(), pick.data());
+    fill_pairs(b_.random.data(), lanes, pair_seed(bounce, PAIR_EMITTER), b_.u2.data(), b_.v2.data());
+    for (std::size_t i = 0; i < static_cast<std::size_t>(lanes); ++i) {
+      ShadowRay ray;
+      if (path_sample_emitter(scene_, b_.path[i], b_.surface[i], b_.bsdf[i], b_.wo[i], pick[i],
+                              vec2(b_.u2[i], b_.v2[i]), ray)) {
+        queue_shadow(ray, b_.slot[i], bounce);
+      }
+    }
+  }
+
+  void queue_shadow(const ShadowRay &ray, uint slot, uint bounce) {
+    if (ray.visibility == 0u) {
+      arrive(slot, ray.contribution, ray.group, bounce, true);
+      return;
+    }
+    const auto k = static_cast<std::size_t>(b_.shadow_count);
+    b_.shadow.org_x[k] = ray.origin.x;
+    b_.shadow.org_y[k] = ray.origin.y;
+    b_.shadow.org_z[k] = ray.origin.z;
+    b_.shadow.dir_x[k] = ray.direction.x;
+    b_.shadow.dir_y[k] = ray.direction.y;
+    b_.shadow.dir_z[k] = ray.direction.z;
+    b_.shadow.tnear[k] = 0.0f;
+    b_.shadow.tfar[k] = ray.t_max;
+    b_.shadow.time[k] = 0.0f;
+    b_.shadow.mask[k] = ray.visibility;
+    b_.shadow_slot[k] = slot;
+    b_.shadow_contribution[k] = ray.contribution;
+    b_.shadow_group[k] = ray.group;
+    if (++b_.shadow_count == kWidth) flush_shadow(bounce);
+  }
+
+  void flush_shadow(uint bounce) {
+    if (b_.shadow_count == 0) return;
+    alignas(64) int valid[kWidth];
+    for (int k = 0; k < kWidth; ++k) valid[k] = k < b_.shadow_count ? -1 : 0;
+    occluded(*job_.rtc, valid, job_.bvh, &b_.shadow, &arguments_);
+    for (std::size_t k = 0; k < static_cast<std::size_t>(b_.shadow_count); ++k) {
+      // Embree sets tfar to -infinity where something is in the way.
+      arrive(b_.shadow_slot[k], b_.shadow_contribution[k], b_.shadow_group[k], bounce, b_.shadow.tfar[k] >= 0.0f);
+    }
+    counts_.shadow += static_cast<std::uint64_t>(b_.shadow_count);
+    b_.shadow_count = 0;
+  }
+
+  void arrive(uint slot, vec3 contribution, int group, uint bounce, bool lit) {
+    if (lit) add_light(slot, contribution, group);
+    if (FEATURE(FEATURE_DATA_PASSES) && bounce == 0 && job_.passes.shadow) {
+      ShadowRecord &r = b_.staged.shadow[b_.pixel[slot]];
+      const float l = luminance(contribution);
+      r.unshadowed += l;
+      r.lit += lit ? l : 0.0f;
+    }
+  }
+
+  // ---- Stage 5: the next ray of each path. Returns how many go on.
+  int bounce_rays(int lanes, uint bounce) {
+    fill_pairs(b_.random.data(), lanes, pair_seed(bounce, PAIR_BSDF), b_.u2.data(), b_.v2.data());
+    Array<float, kLanes> choice, roulette;
+    fill_pairs(b_.random.data(), lanes, pair_seed(bounce, PAIR_CHOICE), choice.data(), roulette.data());
+    std::size_t next = 0;
+    for (std::size_t i = 0; i < static_cast<std::size_t>(lanes); ++i) {
+      PathState path = b_.path[i];
+      vec3 origin, direction;
+      if (!path_bounce(limits_, path, b_.surface[i], b_.bsdf[i], b_.wo[i], vec2(b_.u2[i], b_.v2[i]),
+                       vec2(choice[i], roulette[i]), origin, direction)) {
+        continue;
+      }
+      // A last ray can only bring light home: where bounces find none, it need not be traced.
+      if (!FEATURE(FEATURE_BSDF_RAYS) && path_is_last(limits_, path)) continue;
+      set_ray(next, origin, direction, 0.0f, INFINITE_DISTANCE, path.ray_kind);
+      b_.path[next] = path;
+      b_.slot[next] = b_.slot[i];
+      ++next;
+    }
+    return static_cast<int>(next);
+  }
+
+  // ---- Stage 6: add the samples to their pixels.
+  void add(std::span<const std::uint16_t> pixels, uint first, uint per_pixel) {
+    std::size_t slot = 0;
+    for (const std::uint16_t pixel : pixels) {
+      FilmPixel sum{vec3(0.0f), 0.0f};
+      vec3 odd(0.0f);
+      for (uint s = 0; s < per_pixel; ++s, ++slot) {
+        vec3 radiance = b_.radiance[slot];
+        const bool finite = film_add(sum, radiance, b_.alpha[slot]);
+        counts_.rejected += finite ? 0u : 1u;
+        if (((first + s) & 1u) != 0u) odd += radiance;
+        if (FEATURE(FEATURE_LIGHT_GROUPS) && finite) {
+          const std::size_t n = job_.passes.light_groups;
+          for (std::size_t g = 0; g < n; ++g) b_.staged.groups[pixel * n + g] += b_.groups[slot * n + g];
+        }
+      }
+      FilmPixel &p = b_.staged.pixels[pixel];
+      p.radiance += sum.radiance;
+      p.alpha += sum.alpha;
+      if (job_.passes.error) b_.staged.odd[pixel] += odd;
+    }
+  }
+
+  const RenderJob &job_;
+  const SceneData &scene_;
+  Batch &b_;
+  RayCounts &counts_;
+  IntegratorData limits_{};
+  uint block_seed_ = 0;
+  embree::QueryArguments arguments_;
+};
+
+std::unique_ptr<Workspace> make_workspace(const RenderJob &) { return std::make_unique<Batch>(); }
+
+// Gives `staged` the shape of `tile`, all sums zero.
+void clear_staged(const FilmTile &tile, const PassSelection &passes, FilmTile &staged) {
+  const std::size_t n = tile.pixels.size();
+  staged.pixels.assign(n, FilmPixel{vec3(0.0f), 0.0f});
+  if (passes.error) staged.odd.assign(n, vec3(0.0f));
+  if (passes.nearest) staged.nearest.assign(n, NearestRecord{});
+  if (passes.surface) staged.surface.assign(n, SurfaceRecord{});
+  if (passes.emission) staged.emission.assign(n, vec3(0.0f));
+  if (passes.environment) staged.environment.assign(n, vec3(0.0f));
+  if (passes.shadow) staged.shadow.assign(n, ShadowRecord{});
+  if (passes.light_groups > 0) staged.groups.assign(n * passes.light_groups, vec3(0.0f));
+}
+
+bool render(const RenderJob &job, FilmTile &tile, std::uint32_t first, std::uint32_t count, Workspace &workspace,
+            RayCounts &counts) {
+  Batch &batch = static_cast<Batch &>(workspace);
+  const int x_offset = job.region_x + tile.x0;
+  const int y_offset = job.region_y + tile.y0;
+  clear_staged(tile, job.passes, batch.staged);
+  Renderer renderer(job, batch, counts, x_offset, y_offset);
+  const std::span<const std::uint16_t> pixels(tile.to_sample());
+  // Samples of one pixel lie side by side in a packet, so that its rays stay together.
+  const std::uint32_t per_pixel = std::min(count, 16u);
+  const std::size_t pixels_at_once = kLanes / per_pixel;
+  for (std::uint32_t done = 0; done < count; done += per_pixel) {
+    const std::uint32_t samples = std::min(per_pixel, count - done);
+    for (std::size_t p = 0; p < pixels.size(); p += pixels_at_once) {
+      if (job.cancel->load(std::memory_order_relaxed)) return false;
+      renderer.render(pixels.subspan(p, std::min(pixels_at_once, pixels.size() - p)), tile, x_offset, y_offset,
+                      first + done, samples);
+    }
+  }
+  tile.add(batch.staged, count);
+  return true;
+}
+
+}  // namespace
+
+extern const CpuKernel COTORRA_KERNEL_NAME;
+const CpuKernel COTORRA_KERNEL_NAME = {COTORRA_KERNEL_ISA, COTORRA_KERNEL_LEVEL, KERNEL_FEATURES, make_workspace,
+                                       render};
+
+}  // namespace cotorra

@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The border between a session and the CPU builds of the kernels: what is to be rendered, and the table of builds.
+// Each build (instruction set x features) is one compilation of cpu_kernel.cpp.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <memory>
+#include <span>
+
+#include "../kernels/camera.h"
+#include "../kernels/scene_types.h"
+#include "embree.h"
+#include "film.h"
+
+namespace cotorra {
+
+struct PathLimits {  // kernels/integrator.h, IntegratorData
+  std::uint32_t max_bounces, diffuse_bounces, glossy_bounces, roulette_start;
+};
+
+// Everything that stays the same during a session.
+struct RenderJob {
+  const SceneData *scene;
+  CameraData camera;
+  int region_x, region_y;  // of the film in the whole picture, pixels
+  PathLimits limits;
+  PassSelection passes;
+  embree::Scene bvh;
+  const embree::Api *rtc;
+  std::span<const std::uint32_t> first_instances;  // scene.h
+  std::uint32_t embree_features;
+  std::uint32_t features;      // FEATURE_* in use
+  std::uint32_t seed;
+  std::uint32_t sample_bits;   // log2 of the samples a pixel, rounded up
+  std::uint32_t lights_at_once;  // all lamps are sampled at a vertex while there are at most so many
+  bool transparent;
+  const std::atomic<bool> *cancel;
+};
+
+struct RayCounts {
+  std::uint64_t camera = 0, bounce = 0, shadow = 0, samples = 0, rejected = 0;
+  void add(const RayCounts &other) {
+    camera += other.camera;
+    bounce += other.bounce;
+    shadow += other.shadow;
+    samples += other.samples;
+    rejected += other.rejected;
+  }
+};
+
+// Memory that a thread reuses from batch to batch; its contents belong to the build that made it.
+struct Workspace {
+  virtual ~Workspace() = default;
+};
+
+struct CpuKernel {
+  const char *isa;
+  std::uint32_t isa_level;  // 2, 3, 4 for x86-64-v2, -v3, -v4
+  std::uint32_t features;   // FEATURE_* compiled in
+  std::unique_ptr<Workspace> (*make_workspace)(const RenderJob &);
+  // Takes samples [first, first + count) of each pixel in the tile's to_sample(). Returns false if cancelled; what was
+  // finished by then is in the tile, unless the batch could not be kept whole.
+  bool (*render)(const RenderJob &, FilmTile &, std::uint32_t first, std::uint32_t count, Workspace &, RayCounts &);
+};
+
+// The smallest build for this processor that covers the features.
+const CpuKernel &choose_cpu_kernel(std::uint32_t features);
+// Highest of 2, 3, 4 that this processor runs; COTORRA_ISA=2|3|4 lowers it, for tests.
+std::uint32_t cpu_isa_level();
+std::span<const CpuKernel *const> cpu_kernels();
+
+}  // namespace cotorra

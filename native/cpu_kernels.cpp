@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Chooses among the CPU builds of the kernels: highest instruction set that runs here, fewest features that suffice.
+#include <bit>
+#include <cstdlib>
+#include <stdexcept>
+
+#include "cpu_kernel.h"
+
+namespace cotorra {
+
+#define COTORRA_KERNEL(NAME) extern const CpuKernel NAME;
+#include "cpu_kernel_list.inc"
+#undef COTORRA_KERNEL
+
+namespace {
+#define COTORRA_KERNEL(NAME) &NAME,
+const CpuKernel *const kKernels[] = {
+#include "cpu_kernel_list.inc"
+};
+#undef COTORRA_KERNEL
+}  // namespace
+
+std::span<const CpuKernel *const> cpu_kernels() { return kKernels; }
+
+std::uint32_t cpu_isa_level() {
+  std::uint32_t level = 0;
+#if defined(__x86_64__) || defined(_M_X64)
+  __builtin_cpu_init();
+  if (__builtin_cpu_supports("x86-64-v2")) level = 2;
+  if (__builtin_cpu_supports("x86-64-v3")) level = 3;
+  if (__builtin_cpu_supports("x86-64-v4")) level = 4;
+#else
+  level = 2;
+#endif
+  if (const char *limit = std::getenv("COTORRA_ISA"); limit != nullptr && limit[0] >= '2' && limit[0] <= '4') {
+    level = std::min(level, static_cast<std::uint32_t>(limit[0] - '0'));
+  }
+  return level;
+}
+
+const CpuKernel &choose_cpu_kernel(std::uint32_t features) {
+  const std::uint32_t level = cpu_isa_level();
+  const CpuKernel *best = nullptr;
+  for (const CpuKernel *kernel : kKernels) {
+    if (kernel->isa_level > level || (features & ~kernel->features) != 0) continue;
+    const bool better =
+        best == nullptr || kernel->isa_level > best->isa_level ||
+        (kernel->isa_level == best->isa_level && std::popcount(kernel->features) < std::popcount(best->features));
+    if (better) best = kernel;
+  }
+  if (best == nullptr) {
+    throw std::runtime_error("This processor lacks SSE 4.2 (x86-64-v2), which Cotorra needs");
+  }
+  return *best;
+}
+
+}  // namespace cotorra

@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The table of features: bit, name, and why a scene may do without.
+#include "features.h"
+
+#include "../kernels/scene_types.h"
+
+namespace cotorra {
+namespace {
+
+struct Feature {
+  std::uint32_t bit;
+  const char *name;
+  const char *absent;
+};
+
+constexpr Feature kFeatures[] = {
+    {FEATURE_BOUNCES, "bounces", "the integrator is Direct, or allows no bounces"},
+    {FEATURE_SOFT_LIGHTS, "soft lights", "no lamp has a size"},
+    {FEATURE_VISIBLE_LIGHTS, "visible lights", "no lamp with a size can be met by a ray"},
+    {FEATURE_EMISSIVE_MESHES, "emissive meshes", "no material in use emits"},
+    {FEATURE_WORLD, "world", "the background is black"},
+    {FEATURE_SPECULAR, "specular lobe", "all materials in use are Lambertian"},
+    {FEATURE_BSDF_RAYS, "light found by bounces",
+     "lamps are sampled directly, and no gloss is sharp enough to need more"},
+    {FEATURE_DATA_PASSES, "data passes", "only Combined is asked for"},
+    {FEATURE_LIGHT_GROUPS, "light groups", "no light group is asked for"},
+};
+
+}  // namespace
+
+std::vector<std::string> feature_names(std::uint32_t features) {
+  std::vector<std::string> names;
+  for (const Feature &f : kFeatures) {
+    if ((features & f.bit) != 0) names.emplace_back(f.name);
+  }
+  return names;
+}
+
+std::vector<std::string> left_out(std::uint32_t features) {
+  std::vector<std::string> reasons;
+  for (const Feature &f : kFeatures) {
+    if ((features & f.bit) == 0) reasons.push_back(std::string(f.name) + ": " + f.absent);
+  }
+  return reasons;
+}
+
+}  // namespace cotorra

@@ -1,0 +1,200 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Lays out a film's tiles and turns their sums into passes.
+#include "film.h"
+
+#include <algorithm>
+#include <functional>
+#include <stdexcept>
+
+#include "../kernels/sampling.h"
+
+namespace cotorra {
+namespace {
+
+std::vector<std::uint16_t> morton_order(int width, int height) {
+  std::vector<std::uint16_t> order;
+  for (std::uint32_t y = 0; y < static_cast<std::uint32_t>(height); ++y) {
+    for (std::uint32_t x = 0; x < static_cast<std::uint32_t>(width); ++x) {
+      order.push_back(static_cast<std::uint16_t>(y * static_cast<std::uint32_t>(width) + x));
+    }
+  }
+  std::sort(order.begin(), order.end(), [width](std::uint32_t a, std::uint32_t b) {
+    const auto w = static_cast<std::uint32_t>(width);
+    return morton_encode(a % w, a / w) < morton_encode(b % w, b / w);
+  });
+  return order;
+}
+
+// One pixel of a pass: reads tile and pixel index, writes channels.
+using Reader = std::function<void(const FilmTile &, std::size_t, float *)>;
+
+void write(vec3 v, float *out) {
+  out[0] = v.x;
+  out[1] = v.y;
+  out[2] = v.z;
+}
+
+float per_sample(const FilmTile &t, std::size_t i) {
+  const std::uint32_t n = t.samples_of(i);
+  return n > 0 ? 1.0f / static_cast<float>(n) : 0.0f;
+}
+
+Reader reader_of(const std::string &pass, const PassSelection &has, bool transparent) {
+  if (pass == "combined") {
+    return [transparent](const FilmTile &t, std::size_t i, float *out) {
+      const float s = per_sample(t, i);
+      write(t.pixels[i].radiance * s, out);
+      out[3] = transparent ? t.pixels[i].alpha * s : 1.0f;
+    };
+  }
+  if (pass == "sample_count") {
+    return [](const FilmTile &t, std::size_t i, float *out) { out[0] = static_cast<float>(t.samples_of(i)); };
+  }
+  if (has.nearest) {
+    if (pass == "depth") return [](const FilmTile &t, std::size_t i, float *out) { out[0] = t.nearest[i].depth; };
+    if (pass == "position") {
+      return [](const FilmTile &t, std::size_t i, float *out) { write(t.nearest[i].position, out); };
+    }
+    if (pass == "object_index") {
+      return [](const FilmTile &t, std::size_t i, float *out) { out[0] = t.nearest[i].object_index; };
+    }
+    if (pass == "material_index") {
+      return [](const FilmTile &t, std::size_t i, float *out) { out[0] = t.nearest[i].material_index; };
+    }
+  }
+  if (has.surface) {
+    if (pass == "normal") {
+      return [](const FilmTile &t, std::size_t i, float *out) { write(t.surface[i].normal * per_sample(t, i), out); };
+    }
+    if (pass == "uv") {
+      return [](const FilmTile &t, std::size_t i, float *out) {
+        const SurfaceRecord &r = t.surface[i];
+        write(vec3(r.uv.x, r.uv.y, r.uv_coverage) * per_sample(t, i), out);
+      };
+    }
+    if (pass == "diffuse_color") {
+      return [](const FilmTile &t, std::size_t i, float *out) {
+        write(t.surface[i].diffuse_color * per_sample(t, i), out);
+      };
+    }
+  }
+  if (has.emission && pass == "emission") {
+    return [](const FilmTile &t, std::size_t i, float *out) { write(t.emission[i] * per_sample(t, i), out); };
+  }
+  if (has.environment && pass == "environment") {
+    return [](const FilmTile &t, std::size_t i, float *out) { write(t.environment[i] * per_sample(t, i), out); };
+  }
+  if (has.shadow && pass == "shadow") {
+    return [](const FilmTile &t, std::size_t i, float *out) {
+      const ShadowRecord &r = t.shadow[i];
+      write(vec3(r.unshadowed > 0.0f ? r.lit / r.unshadowed : 1.0f), out);
+    };
+  }
+  if (pass.starts_with("lightgroup:")) {
+    const std::string digits = pass.substr(11);
+    const bool number = !digits.empty() && digits.size() < 9 &&
+                        std::all_of(digits.begin(), digits.end(), [](char c) { return c >= '0' && c <= '9'; });
+    const std::size_t group = number ? std::stoul(digits) : has.light_groups;
+    if (group < has.light_groups) {
+      const std::size_t stride = has.light_groups;
+      return [group, stride](const FilmTile &t, std::size_t i, float *out) {
+        write(t.groups[i * stride + group] * per_sample(t, i), out);
+      };
+    }
+  }
+  throw std::invalid_argument("pass '" + pass + "' is unknown, or the session was not asked to keep it");
+}
+
+}  // namespace
+
+void FilmTile::add(const FilmTile &staged, std::uint32_t count) {
+  const std::lock_guard lock(mutex);
+  for (const std::uint16_t i : to_sample()) {
+    pixels[i].radiance += staged.pixels[i].radiance;
+    pixels[i].alpha += staged.pixels[i].alpha;
+    if (!odd.empty()) odd[i] += staged.odd[i];
+    if (!samples.empty()) samples[i] += count;
+    if (!nearest.empty() && staged.nearest[i].distance2 < nearest[i].distance2) nearest[i] = staged.nearest[i];
+    if (!surface.empty()) {
+      surface[i].normal += staged.surface[i].normal;
+      surface[i].uv = surface[i].uv + staged.surface[i].uv;
+      surface[i].uv_coverage += staged.surface[i].uv_coverage;
+      surface[i].diffuse_color += staged.surface[i].diffuse_color;
+    }
+    if (!emission.empty()) emission[i] += staged.emission[i];
+    if (!environment.empty()) environment[i] += staged.environment[i];
+    if (!shadow.empty()) {
+      shadow[i].lit += staged.shadow[i].lit;
+      shadow[i].unshadowed += staged.shadow[i].unshadowed;
+    }
+    const std::size_t n = groups.size() / pixels.size();
+    for (std::size_t g = 0; g < n; ++g) groups[i * n + g] += staged.groups[i * n + g];
+  }
+  sample_count += count;
+}
+
+Film::Film(int width, int height, int tile_size, const PassSelection &passes)
+    : width_(width), height_(height), passes_(passes) {
+  const int columns = (width + tile_size - 1) / tile_size;
+  const int rows = (height + tile_size - 1) / tile_size;
+  std::vector<FilmTile> tiles(static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows));
+  tiles_.swap(tiles);
+  std::size_t k = 0;
+  for (int row = rows - 1; row >= 0; --row) {  // from the top, where people look first
+    for (int column = 0; column < columns; ++column) {
+      FilmTile &t = tiles_[k++];
+      t.x0 = column * tile_size;
+      t.y0 = row * tile_size;
+      t.width = std::min(tile_size, width - t.x0);
+      t.height = std::min(tile_size, height - t.y0);
+      const auto n = static_cast<std::size_t>(t.width) * static_cast<std::size_t>(t.height);
+      t.pixels.assign(n, FilmPixel{vec3(0.0f), 0.0f});
+      auto &order = orders_[{t.width, t.height}];
+      if (order.empty()) order = morton_order(t.width, t.height);
+      t.order = &order;
+      if (passes.error) {
+        t.odd.assign(n, vec3(0.0f));
+        t.samples.assign(n, 0);
+        t.pending = order;
+      }
+      if (passes.nearest) t.nearest.resize(n);
+      if (passes.surface) t.surface.resize(n);
+      if (passes.emission) t.emission.assign(n, vec3(0.0f));
+      if (passes.environment) t.environment.assign(n, vec3(0.0f));
+      if (passes.shadow) t.shadow.resize(n);
+      if (passes.light_groups > 0) t.groups.assign(n * passes.light_groups, vec3(0.0f));
+      bytes_ += n * sizeof(FilmPixel) + t.samples.size() * (sizeof(vec3) + sizeof(std::uint32_t)) +
+                t.nearest.size() * sizeof(NearestRecord) + t.surface.size() * sizeof(SurfaceRecord) +
+                (t.emission.size() + t.environment.size() + t.groups.size()) * sizeof(vec3) +
+                t.shadow.size() * sizeof(ShadowRecord);
+    }
+  }
+}
+
+int Film::channels(const std::string &pass) {
+  if (pass == "combined") return 4;
+  if (pass == "depth" || pass == "object_index" || pass == "material_index" || pass == "sample_count") return 1;
+  return 3;
+}
+
+void Film::read(const std::string &pass, bool transparent, std::span<float> out) {
+  const auto n = static_cast<std::size_t>(channels(pass));
+  if (out.size() != static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_) * n) {
+    throw std::invalid_argument("pass '" + pass + "': the array has " + std::to_string(out.size()) +
+                                " entries, expected " + std::to_string(height_) + " x " + std::to_string(width_) +
+                                " x " + std::to_string(n));
+  }
+  const Reader reader = reader_of(pass, passes_, transparent);
+  for (FilmTile &t : tiles_) {
+    const std::lock_guard lock(t.mutex);
+    std::size_t i = 0;
+    for (int y = 0; y < t.height; ++y) {
+      float *row =
+          out.data() +
+          (static_cast<std::size_t>(t.y0 + y) * static_cast<std::size_t>(width_) + static_cast<std::size_t>(t.x0)) * n;
+      for (int x = 0; x < t.width; ++x, ++i) reader(t, i, row + static_cast<std::size_t>(x) * n);
+    }
+  }
+}
+
+}  // namespace cotorra

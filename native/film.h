@@ -1,0 +1,103 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The picture while it is rendered: sums by pixel and pass, kept by tiles that one thread at a time works on.
+// It knows no scene and no ray.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "../kernels/film.h"
+#include "../kernels/language.h"
+
+namespace cotorra {
+
+// What a session was asked to keep beside Combined.
+struct PassSelection {
+  bool nearest = false;  // Depth, Position, Object Index, Material Index: of the sample nearest the pixel's centre
+  bool surface = false;  // Normal, UV, Diffuse Color
+  bool emission = false;
+  bool environment = false;
+  bool shadow = false;
+  bool error = false;    // adaptive sampling
+  std::uint32_t light_groups = 0;
+  bool any_data() const { return nearest || surface || emission || environment || shadow; }
+};
+
+// Of the camera sample nearest the pixel's centre.
+struct NearestRecord {
+  float distance2 = 1e30f;  // to the pixel's centre, pixels squared
+  float depth = 1e10f;      // Blender's value for "nothing there"
+  vec3 position{0.0f, 0.0f, 0.0f};
+  float object_index = 0.0f;
+  float material_index = 0.0f;
+};
+
+// Sums over samples.
+struct SurfaceRecord {
+  vec3 normal{0.0f, 0.0f, 0.0f};
+  vec2 uv{0.0f, 0.0f};
+  float uv_coverage = 0.0f;
+  vec3 diffuse_color{0.0f, 0.0f, 0.0f};
+};
+
+struct ShadowRecord {
+  float lit = 0.0f;       // what arrived
+  float unshadowed = 0.0f;  // what would have arrived
+};
+
+// The pixels of one tile. Vectors of passes that nobody asked for stay empty.
+struct FilmTile {
+  int x0 = 0, y0 = 0, width = 0, height = 0;
+  std::vector<FilmPixel> pixels;  // row by row
+  std::uint32_t sample_count = 0;         // taken by each pixel; with adaptive sampling `samples` tells instead
+  std::vector<NearestRecord> nearest;
+  std::vector<SurfaceRecord> surface;
+  std::vector<vec3> emission;
+  std::vector<vec3> environment;
+  std::vector<ShadowRecord> shadow;
+  std::vector<vec3> groups;               // [pixel * light_groups + group]
+  std::vector<vec3> odd;                  // adaptive sampling: radiance of every second sample
+  std::vector<std::uint32_t> samples;     // adaptive sampling: taken by each pixel
+  std::vector<std::uint16_t> pending;     // adaptive sampling: pixels still to be sampled, along the Morton curve
+  const std::vector<std::uint16_t> *order = nullptr;  // all pixels along the Morton curve, shared by tiles of a size
+  std::mutex mutex;                       // held while a batch is added, or a pass is read
+
+  // Adds the sums of `count` samples of each pixel in to_sample().
+  void add(const FilmTile &staged, std::uint32_t count);
+
+  std::uint32_t samples_of(std::size_t pixel) const { return samples.empty() ? sample_count : samples[pixel]; }
+  const std::vector<std::uint16_t> &to_sample() const { return samples.empty() ? *order : pending; }
+};
+
+class Film {
+ public:
+  // `tile_size` pixels a side, at most 64.
+  Film(int width, int height, int tile_size, const PassSelection &passes);
+
+  int width() const { return width_; }
+  int height() const { return height_; }
+  const PassSelection &passes() const { return passes_; }
+  std::size_t tile_count() const { return tiles_.size(); }
+  FilmTile &tile(std::size_t index) { return tiles_[index]; }
+  std::uint64_t bytes() const { return bytes_; }
+
+  // Writes the normalised state of a pass into out[height][width][channels]; row 0 is the bottom. Throws
+  // std::invalid_argument for a name that is unknown or was not asked for.
+  void read(const std::string &pass, bool transparent, std::span<float> out);
+  static int channels(const std::string &pass);
+
+ private:
+  int width_, height_;
+  PassSelection passes_;
+  std::vector<FilmTile> tiles_;
+  std::map<std::pair<int, int>, std::vector<std::uint16_t>> orders_;  // by tile width and height
+  std::uint64_t bytes_ = 0;
+};
+
+}  // namespace cotorra

@@ -1,0 +1,317 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The Python module cotorra_native: reads the exporter's dataclasses, and shows scenes and sessions to Python.
+// Exceptions become Python errors here and nowhere else; the arrays' meaning is told in addon/export/buffers.py.
+#include <nanobind/nanobind.h>
+#include <nanobind/ndarray.h>
+#include <nanobind/stl/array.h>
+#include <nanobind/stl/pair.h>
+#include <nanobind/stl/string.h>
+#include <nanobind/stl/vector.h>
+
+#include <chrono>
+#include <future>
+#include <thread>
+
+#include "features.h"
+#include "scene.h"
+#include "session.h"
+
+namespace nb = nanobind;
+using namespace nb::literals;
+
+namespace cotorra {
+namespace {
+
+template <class Scalar>
+using Array = nb::ndarray<const Scalar, nb::c_contig, nb::device::cpu>;
+
+// The array `object.name`, viewed as Ts; its last dimension must fill one T. `keep` holds what the view needs alive.
+template <class T, class Scalar>
+std::span<const T> view(nb::handle object, const char *name, std::vector<nb::object> &keep) {
+  nb::object value = nb::getattr(object, name);
+  if (value.is_none()) return {};
+  Array<Scalar> array;
+  if (!nb::try_cast(value, array)) {
+    const std::string type = nb::cast<std::string>(nb::repr(nb::getattr(value, "dtype", value.type())));
+    throw std::invalid_argument(std::string(name) + " is not a C-contiguous array of the expected type, but " + type);
+  }
+  constexpr std::size_t components = sizeof(T) / sizeof(Scalar);
+  if (components > 1 && (array.ndim() == 0 || array.shape(array.ndim() - 1) != components)) {
+    throw std::invalid_argument(std::string(name) + " must have " + std::to_string(components) + " columns");
+  }
+  keep.push_back(std::move(value));
+  return {reinterpret_cast<const T *>(array.data()), array.size() / components};
+}
+
+// Owns Python objects from C++ threads: gives them back under the GIL.
+std::shared_ptr<void> python_owner(std::vector<nb::object> objects) {
+  return {new std::vector<nb::object>(std::move(objects)), [](void *pointer) {
+            const nb::gil_scoped_acquire gil;
+            delete static_cast<std::vector<nb::object> *>(pointer);
+          }};
+}
+
+// Does the buffer go on for another 4 bytes after the last vertex? (Embree reads 16 bytes at each vertex of 12.)
+bool is_padded(nb::handle positions) {
+  nb::object base = nb::getattr(positions, "base", nb::none());
+  if (base.is_none() || !nb::hasattr(base, "nbytes") || !nb::hasattr(base, "ctypes")) return false;
+  const auto begin = nb::cast<std::uintptr_t>(nb::getattr(nb::getattr(base, "ctypes"), "data"));
+  const auto bytes = nb::cast<std::size_t>(nb::getattr(base, "nbytes"));
+  const auto first = nb::cast<std::uintptr_t>(nb::getattr(nb::getattr(positions, "ctypes"), "data"));
+  const auto used = nb::cast<std::size_t>(nb::getattr(positions, "nbytes"));
+  return begin + bytes >= first + used + 4;
+}
+
+MeshInput read_mesh(nb::handle mesh) {
+  std::vector<nb::object> keep;
+  MeshInput m;
+  m.name = nb::cast<std::string>(nb::getattr(mesh, "name"));
+  try {
+    m.positions = view<vec3, float>(mesh, "positions", keep);
+    m.positions_padded = is_padded(nb::getattr(mesh, "positions"));
+    m.triangles = view<uvec3, std::uint32_t>(mesh, "triangles", keep);
+    m.corners = view<uvec3, std::uint32_t>(mesh, "corners", keep);
+    m.normals = view<vec3, float>(mesh, "normals", keep);
+    m.corner_normals = nb::cast<std::string>(nb::getattr(mesh, "normals_domain")) == "CORNER";
+    m.uv = view<vec2, float>(mesh, "uv", keep);
+    m.slots = view<uint, std::uint32_t>(mesh, "slots", keep);
+  } catch (const std::invalid_argument &error) {
+    throw std::invalid_argument("mesh '" + m.name + "': " + error.what());
+  }
+  m.owner = python_owner(std::move(keep));
+  return m;
+}
+
+// Reads a SceneBuffers. `keep` must live until the scene is made: all but the meshes is copied then.
+SceneInput read_scene(nb::handle buffers, std::vector<nb::object> &keep) {
+  SceneInput in;
+  for (nb::handle mesh : nb::getattr(buffers, "meshes")) in.meshes.push_back(read_mesh(mesh));
+
+  const nb::object instances = nb::getattr(buffers, "instances");
+  in.instances.mesh = view<uint, std::uint32_t>(instances, "mesh", keep);
+  in.instances.transform = view<float, float>(instances, "transform", keep);
+  in.instances.material_base = view<uint, std::uint32_t>(instances, "material_base", keep);
+  in.instances.material_count = view<uint, std::uint32_t>(instances, "material_count", keep);
+  in.instances.pass_index = view<int, std::int32_t>(instances, "pass_index", keep);
+  in.instances.visibility = view<uint, std::uint32_t>(instances, "visibility", keep);
+  in.instances.light_group = view<int, std::int32_t>(instances, "light_group", keep);
+  in.instances.terminator = view<float, float>(instances, "terminator", keep);
+
+  const nb::object materials = nb::getattr(buffers, "materials");
+  in.materials.base_color = view<vec3, float>(materials, "base_color", keep);
+  in.materials.metallic = view<float, float>(materials, "metallic", keep);
+  in.materials.roughness = view<float, float>(materials, "roughness", keep);
+  in.materials.ior = view<float, float>(materials, "ior", keep);
+  in.materials.specular_level = view<float, float>(materials, "specular_level", keep);
+  in.materials.specular_tint = view<vec3, float>(materials, "specular_tint", keep);
+  in.materials.emission = view<vec3, float>(materials, "emission", keep);
+  in.materials.alpha = view<float, float>(materials, "alpha", keep);
+  in.materials.multi_ggx = view<uint, std::uint32_t>(materials, "multi_ggx", keep);
+  in.materials.pass_index = view<int, std::int32_t>(materials, "pass_index", keep);
+  in.materials.emission_sampling = view<uint, std::uint32_t>(materials, "emission_sampling", keep);
+  in.material_slots = view<uint, std::uint32_t>(buffers, "material_slots", keep);
+
+  const nb::object lights = nb::getattr(buffers, "lights");
+  in.lights.type = view<uint, std::uint32_t>(lights, "type", keep);
+  in.lights.strength = view<vec3, float>(lights, "strength", keep);
+  in.lights.transform = view<float, float>(lights, "transform", keep);
+  in.lights.size = view<float, float>(lights, "size", keep);
+  in.lights.spot_size = view<float, float>(lights, "spot_size", keep);
+  in.lights.spot_blend = view<float, float>(lights, "spot_blend", keep);
+  in.lights.soft_falloff = view<uint, std::uint32_t>(lights, "soft_falloff", keep);
+  in.lights.normalize = view<uint, std::uint32_t>(lights, "normalize", keep);
+  in.lights.cast_shadow = view<uint, std::uint32_t>(lights, "cast_shadow", keep);
+  in.lights.use_mis = view<uint, std::uint32_t>(lights, "use_mis", keep);
+  in.lights.max_bounces = view<uint, std::uint32_t>(lights, "max_bounces", keep);
+  in.lights.visibility = view<uint, std::uint32_t>(lights, "visibility", keep);
+  in.lights.light_group = view<int, std::int32_t>(lights, "light_group", keep);
+
+  const nb::object world = nb::getattr(buffers, "world");
+  const auto color = nb::cast<std::array<float, 3>>(nb::getattr(world, "color"));
+  in.world = {color[0], color[1], color[2]};
+  in.world_visibility = nb::cast<std::uint32_t>(nb::getattr(world, "visibility"));
+  in.world_group = nb::cast<int>(nb::getattr(world, "light_group"));
+  in.light_group_count = static_cast<uint>(nb::len(nb::getattr(buffers, "light_groups")));
+  return in;
+}
+
+std::array<float, 12> read_matrix(nb::handle object, const char *name) {
+  std::vector<nb::object> keep;
+  const std::span<const float> m = view<float, float>(object, name, keep);
+  if (m.size() != 12) throw std::invalid_argument(std::string(name) + " must be a 3 x 4 matrix");
+  std::array<float, 12> out;
+  std::copy(m.begin(), m.end(), out.begin());
+  return out;
+}
+
+CameraInput read_camera(nb::handle camera) {
+  CameraInput in;
+  const auto kind = nb::cast<std::string>(nb::getattr(camera, "kind"));
+  if (kind != "PERSP" && kind != "ORTHO")
+    throw std::invalid_argument("camera.kind = '" + kind + "', must be PERSP or ORTHO");
+  in.orthographic = kind == "ORTHO";
+  in.transform = read_matrix(camera, "transform");
+  in.window = nb::cast<std::array<float, 4>>(nb::getattr(camera, "window"));
+  in.clip = nb::cast<std::array<float, 2>>(nb::getattr(camera, "clip"));
+  in.resolution = nb::cast<std::array<int, 2>>(nb::getattr(camera, "resolution"));
+  in.region = nb::cast<std::array<int, 4>>(nb::getattr(camera, "region"));
+  in.filter_width = nb::cast<float>(nb::getattr(camera, "filter_width"));
+  return in;
+}
+
+SettingsInput read_settings(nb::handle settings) {
+  SettingsInput in;
+  in.integrator = nb::cast<std::string>(nb::getattr(settings, "integrator"));
+  in.samples = nb::cast<std::int64_t>(nb::getattr(settings, "samples"));
+  in.seed = static_cast<std::uint32_t>(nb::cast<std::int64_t>(nb::getattr(settings, "seed")));
+  in.max_bounces = nb::cast<std::uint32_t>(nb::getattr(settings, "max_bounces"));
+  in.diffuse_bounces = nb::cast<std::uint32_t>(nb::getattr(settings, "diffuse_bounces"));
+  in.glossy_bounces = nb::cast<std::uint32_t>(nb::getattr(settings, "glossy_bounces"));
+  in.adaptive = nb::cast<bool>(nb::getattr(settings, "adaptive"));
+  in.noise_threshold = nb::cast<float>(nb::getattr(settings, "noise_threshold"));
+  in.adaptive_min_samples = nb::cast<std::uint32_t>(nb::getattr(settings, "adaptive_min_samples"));
+  in.transparent = nb::cast<bool>(nb::getattr(settings, "transparent_film"));
+  in.threads = nb::cast<int>(nb::getattr(settings, "threads"));
+  for (nb::handle pass : nb::getattr(settings, "passes")) in.passes.push_back(nb::cast<std::string>(pass));
+  return in;
+}
+
+// What Python holds: sessions share the scene, and may outlive it.
+struct SceneHandle {
+  std::shared_ptr<const Scene> scene;
+};
+
+// A scene is built on a thread of its own, so that the caller's can ask `should_cancel` (which needs the GIL).
+std::shared_ptr<Scene> make_scene(nb::handle buffers, int threads, const std::string &embree_path,
+                                  nb::object should_cancel) {
+  std::vector<nb::object> keep;
+  SceneInput input = read_scene(buffers, keep);
+  std::atomic<bool> cancel{false};
+  const nb::gil_scoped_release no_gil;
+  std::future<std::shared_ptr<Scene>> future = std::async(std::launch::async, [&] {
+    return std::make_shared<Scene>(std::move(input), embree::Library::open(embree_path), threads, cancel);
+  });
+  std::exception_ptr interrupt;
+  while (future.wait_for(std::chrono::milliseconds(20)) != std::future_status::ready) {
+    const nb::gil_scoped_acquire gil;
+    if (cancel || interrupt) continue;
+    try {
+      if (PyErr_CheckSignals() != 0) throw nb::python_error();
+      if (!should_cancel.is_none() && nb::cast<bool>(should_cancel())) cancel = true;
+    } catch (...) {
+      interrupt = std::current_exception();
+      cancel = true;
+    }
+  }
+  try {
+    std::shared_ptr<Scene> scene = future.get();
+    if (interrupt) std::rethrow_exception(interrupt);
+    if (cancel) throw Cancelled();
+    return scene;
+  } catch (const Cancelled &) {
+    if (interrupt) std::rethrow_exception(interrupt);
+    throw;
+  }
+}
+
+nb::dict scene_stats(const SceneHandle &handle) {
+  const Scene &scene = *handle.scene;
+  const SceneStats &s = scene.stats();
+  nb::dict d;
+  d["build_seconds"] = s.build_seconds;
+  d["memory_bytes"] = s.bytes;
+  d["bvh_bytes"] = s.bvh_bytes;
+  d["triangles"] = s.triangles;
+  d["instanced_triangles"] = s.instanced_triangles;
+  d["instances"] = scene.data().instance_count;
+  d["meshes"] = scene.mesh_count();
+  d["materials"] = scene.data().material_count;
+  d["lights"] = scene.data().light_count;
+  d["emitters"] = scene.data().emitter_count;
+  return d;
+}
+
+nb::dict session_stats(const Session &session) {
+  const SessionStats s = session.stats();
+  nb::dict rays;
+  rays["camera"] = s.rays.camera;
+  rays["bounce"] = s.rays.bounce;
+  rays["shadow"] = s.rays.shadow;
+  nb::dict d;
+  d["render_seconds"] = s.render_seconds;
+  d["rays"] = rays;
+  d["samples"] = s.rays.samples;
+  d["rejected_samples"] = s.rays.rejected;
+  d["memory_bytes"] = s.bytes;
+  d["isa"] = s.isa;
+  d["features"] = feature_names(s.features);
+  d["left_out"] = left_out(s.features);
+  d["compiled"] = feature_names(s.kernel_features);
+  return d;
+}
+
+nb::dict cpu_info() {
+  nb::dict d;
+  d["isa"] = "x86-64-v" + std::to_string(cpu_isa_level());
+  d["threads"] = std::thread::hardware_concurrency();
+  return d;
+}
+
+using PassArray = nb::ndarray<float, nb::c_contig, nb::device::cpu>;
+
+}  // namespace
+}  // namespace cotorra
+
+NB_MODULE(cotorra_native, m) {
+  using namespace cotorra;
+  m.doc() = "Cotorra's native module: scenes on Embree and the render sessions over them.";
+  nb::exception<Cancelled>(m, "Cancelled");
+  m.def("version", [] { return COTORRA_VERSION; }, "The version of the module.");
+  m.def("cpu_info", &cpu_info, "Instruction set that the kernels use here, and hardware threads.");
+  m.def(
+      "kernels",
+      [] {
+        nb::list list;
+        for (const CpuKernel *k : cpu_kernels())
+          list.append(nb::make_tuple(std::string(k->isa), feature_names(k->features)));
+        return list;
+      },
+      "The builds of the CPU kernels: (instruction set, features compiled in).");
+
+  nb::class_<SceneHandle>(m, "Scene", "A validated scene with its BVH.")
+      .def(
+          "__init__",
+          [](SceneHandle *self, nb::handle buffers, int threads, const std::string &embree, nb::object should_cancel) {
+            new (self) SceneHandle{make_scene(buffers, threads, embree, std::move(should_cancel))};
+          },
+          "buffers"_a, "threads"_a = 0, "embree"_a = "", "should_cancel"_a = nb::none(),
+          "Builds a scene from a SceneBuffers on `threads` threads (0 = all), with the Embree library at the path\n"
+          "`embree` ('' = $COTORRA_EMBREE, then the system's). `should_cancel`, called every 20 ms, may stop it.\n"
+          "Raises ValueError (array, index, value), RuntimeError (Embree), Cancelled.")
+      .def("stats", &scene_stats, "Build seconds, bytes and counts, as a dict.");
+
+  nb::class_<Session>(m, "Session", "A render in progress.")
+      .def(
+          "__init__",
+          [](Session *self, const SceneHandle &scene, nb::handle camera, nb::handle settings) {
+            new (self) Session(scene.scene, read_camera(camera), read_settings(settings));
+          },
+          "scene"_a, "camera"_a, "settings"_a,
+          "Prepares a render of `scene` through a Camera with RenderSettings. Raises ValueError naming the setting.")
+      .def("start", &Session::start, "Starts the threads and returns.")
+      .def("wait", &Session::wait, "seconds"_a, nb::call_guard<nb::gil_scoped_release>(),
+           "Waits; True when all threads have stopped. Raises what a thread raised.")
+      .def("cancel", &Session::cancel, "Asks the threads to stop; what was rendered stays.")
+      .def("progress", &Session::progress, "0 to 1.")
+      .def("samples_done", &Session::samples_done, "Samples that every pixel has behind it.")
+      .def(
+          "read",
+          [](Session &self, const std::string &pass, PassArray out) {
+            const std::span<float> pixels(out.data(), out.size());
+            const nb::gil_scoped_release no_gil;
+            self.read(pass, pixels);
+          },
+          "pass_name"_a, "out"_a,
+          "Writes the state of a pass into a float32 array (height, width, channels); row 0 is the bottom.")
+      .def("stats", &session_stats, "Seconds, rays by kind, samples, bytes and features, as a dict.");
+}

@@ -1,0 +1,420 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Validates a scene's arrays and derives the records that kernels read.
+// The BVH over them is built in scene_bvh.cpp.
+#include "scene.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <numeric>
+
+#include "albedo_tables.h"
+
+namespace cotorra {
+namespace {
+
+template <class T>
+void require_size(std::span<const T> array, std::size_t size, const char *name) {
+  if (array.size() != size) {
+    throw std::invalid_argument(std::string(name) + " has " + std::to_string(array.size()) + " entries, expected " +
+                                std::to_string(size));
+  }
+}
+
+void require_below(std::span<const uint> array, std::size_t limit, const std::string &name) {
+  // One pass for the maximum, which vectorises; the culprit is looked for only if there is one.
+  uint largest = 0;
+  for (const uint value : array) largest = std::max(largest, value);
+  if (array.empty() || largest < limit) return;
+  const auto it = std::find_if(array.begin(), array.end(), [limit](uint v) { return v >= limit; });
+  throw std::invalid_argument(name + "[" + std::to_string(it - array.begin()) + "] = " + std::to_string(*it) +
+                              ", must be below " + std::to_string(limit));
+}
+
+std::span<const uint> flat(std::span<const uvec3> array) { return {&array.data()->x, array.size() * 3}; }
+
+struct Matrix3 {
+  vec3 x, y, z;  // columns
+};
+
+Matrix3 columns_of_rows(const float *m) { return {{m[0], m[4], m[8]}, {m[1], m[5], m[9]}, {m[2], m[6], m[10]}}; }
+
+// Columns of the inverse transpose, up to a positive factor: the cofactors, with the sign of the determinant. They
+// exist for singular matrices too, where an inverse does not.
+Matrix3 normal_matrix(const Matrix3 &m) {
+  Matrix3 c{cross(m.y, m.z), cross(m.z, m.x), cross(m.x, m.y)};
+  const float largest = std::max({std::abs(c.x.x), std::abs(c.x.y), std::abs(c.x.z), std::abs(c.y.x), std::abs(c.y.y),
+                                  std::abs(c.y.z), std::abs(c.z.x), std::abs(c.z.y), std::abs(c.z.z), 1e-37f});
+  const float scale = (dot(m.x, c.x) < 0.0f ? -1.0f : 1.0f) / largest;
+  return {c.x * scale, c.y * scale, c.z * scale};
+}
+
+bool is_identity(const float *m) {
+  constexpr float kIdentity[12] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
+  return std::equal(m, m + 12, kIdentity);
+}
+
+}  // namespace
+
+Light light_from_blender(const LightsInput &in, std::size_t i) {
+  constexpr float pi = std::numbers::pi_v<float>;
+  const float *m = in.transform.data() + 12 * i;
+  const Matrix3 frame = columns_of_rows(m);
+  // Rows of the inverse, up to a factor that a direction's length takes out again.
+  const Matrix3 local = normal_matrix(frame);
+  Light light{};
+  light.type = in.type[i];
+  light.position = {m[3], m[7], m[11]};
+  const float z_length = length(frame.z);
+  light.axis = z_length > 0.0f ? frame.z * (-1.0f / z_length) : vec3(0.0f, 0.0f, -1.0f);
+  light.local_x = local.x;
+  light.local_y = local.y;
+  light.local_z = local.z;
+  light.flags = (in.soft_falloff[i] != 0 ? LIGHT_SOFT_FALLOFF : 0u) | (in.cast_shadow[i] != 0 ? LIGHT_CAST_SHADOW : 0u);
+  light.visibility = in.visibility[i];
+  light.group = in.light_group[i];
+  light.max_bounces = in.max_bounces[i];
+  light.name_index = static_cast<uint>(i);
+
+  const bool normalize = in.normalize[i] != 0;
+  const float size = std::max(in.size[i], 0.0f);
+  float scale;
+  if (light.type == LIGHT_SUN) {
+    const double half = 0.5 * std::min(static_cast<double>(size), std::numbers::pi);
+    light.radius = static_cast<float>(2.0 * std::pow(std::sin(0.5 * half), 2.0));  // 1 - cos(angle / 2)
+    light.cos_sun = static_cast<float>(std::cos(half));
+    const float sin_half = static_cast<float>(std::sin(half));
+    scale = size > 0.0f && normalize ? 1.0f / (pi * sin_half * sin_half) : 1.0f;
+  } else {
+    light.radius = size;
+    scale = normalize ? 1.0f / (size > 0.0f ? 4.0f * pi * pi * size * size : 4.0f * pi) : 1.0f / pi;
+    const double half_cone = 0.5 * static_cast<double>(in.spot_size[i]);
+    light.cos_spot = static_cast<float>(std::cos(half_cone));
+    const double ramp = 2.0 * std::pow(std::sin(0.5 * half_cone), 2.0) * static_cast<double>(in.spot_blend[i]);
+    light.spot_scale = static_cast<float>(1.0 / std::max(ramp, 1e-9));  // no blend: a step, not a division by zero
+  }
+  light.radiance = in.strength[i] * scale;
+  // A light that only some kinds of bounces see is found by light sampling alone: the two techniques would not draw
+  // the same light.
+  const bool seen_by_all =
+      (light.visibility & (VISIBLE_DIFFUSE | VISIBLE_GLOSSY)) == (VISIBLE_DIFFUSE | VISIBLE_GLOSSY);
+  if (in.use_mis[i] != 0 && light.radius > 0.0f) light.flags |= LIGHT_VISIBLE | (seen_by_all ? LIGHT_USE_MIS : 0u);
+  return light;
+}
+
+Scene::Scene(SceneInput input, std::shared_ptr<const embree::Library> library, int threads,
+             const std::atomic<bool> &cancel)
+    : library_(std::move(library)) {
+  validate(input);
+  light_group_count_ = input.light_group_count;
+  prepare_materials(input.materials);
+  material_slots_.assign(input.material_slots.begin(), input.material_slots.end());
+  prepare_lights(input.lights);
+  prepare_instances(input);
+  prepare_meshes(input);
+
+  data_.world = input.world;
+  data_.world_visibility = input.world_visibility;
+  data_.world_group = input.world_group;
+  data_.lights = {lights_.data()};
+  data_.materials = {materials_.data()};
+  data_.material_slots = {material_slots_.data()};
+  data_.meshes = {meshes_.data()};
+  data_.instances = {instances_.data()};
+  data_.albedo = {albedo_tables};
+  data_.light_count = static_cast<uint>(lights_.size());
+  data_.instance_count = static_cast<uint>(instances_.size());
+  data_.material_count = static_cast<uint>(materials_.size());
+  prepare_emitters();
+  prepare_features();
+  try {
+    build(threads, cancel);
+  } catch (...) {
+    release();
+    throw;
+  }
+  stats_.bytes = stats_.bvh_bytes + instances_.size() * sizeof(Instance) + materials_.size() * sizeof(Material) +
+                 emitters_.size() * sizeof(Emitter) + material_slots_.size() * sizeof(uint);
+  for (const MeshStorage &s : storage_) stats_.bytes += (s.positions.size() + s.normals.size()) * sizeof(vec3);
+}
+
+Scene::~Scene() { release(); }
+
+void Scene::validate(const SceneInput &in) const {
+  const std::size_t n = in.instances.mesh.size();
+  require_size(in.instances.transform, n * 12, "instances.transform");
+  require_size(in.instances.material_base, n, "instances.material_base");
+  require_size(in.instances.material_count, n, "instances.material_count");
+  require_size(in.instances.pass_index, n, "instances.pass_index");
+  require_size(in.instances.visibility, n, "instances.visibility");
+  require_size(in.instances.light_group, n, "instances.light_group");
+  require_size(in.instances.terminator, n, "instances.terminator");
+  require_below(in.instances.mesh, in.meshes.size(), "instances.mesh");
+  const std::size_t materials = in.materials.metallic.size();
+  require_below(in.material_slots, materials, "material_slots");
+  for (std::size_t i = 0; i < n; ++i) {
+    const std::size_t base = in.instances.material_base[i];
+    const std::size_t count = in.instances.material_count[i];
+    if (count == 0 || base + count > in.material_slots.size()) {
+      throw std::invalid_argument("instances.material_base[" + std::to_string(i) + "] = " + std::to_string(base) +
+                                  " with " + std::to_string(count) + " slots does not fit material_slots, which has " +
+                                  std::to_string(in.material_slots.size()) + " entries");
+    }
+  }
+  if (n > 0x7fffffffu) throw std::invalid_argument("too many instances: " + std::to_string(n));
+  for (std::size_t i = 0; i < in.meshes.size(); ++i) {
+    const MeshInput &m = in.meshes[i];
+    const std::string name = "mesh '" + m.name + "': ";
+    require_below(flat(m.triangles), m.positions.size(), name + "triangles");
+    if (!m.corners.empty() || !m.uv.empty() || m.corner_normals) {
+      require_size(m.corners, m.triangles.size(), (name + "corners").c_str());
+    }
+    if (m.corner_normals) require_below(flat(m.corners), m.normals.size(), name + "corners (of normals)");
+    if (!m.corner_normals && !m.normals.empty()) {
+      require_size(m.normals, m.positions.size(), (name + "normals").c_str());
+    }
+    if (!m.uv.empty()) require_below(flat(m.corners), m.uv.size(), name + "corners (of uv)");
+    if (!m.slots.empty()) require_size(m.slots, m.triangles.size(), (name + "slots").c_str());
+  }
+  require_size(in.materials.base_color, materials, "materials.base_color");
+  require_size(in.materials.roughness, materials, "materials.roughness");
+  require_size(in.materials.ior, materials, "materials.ior");
+  require_size(in.materials.specular_level, materials, "materials.specular_level");
+  require_size(in.materials.specular_tint, materials, "materials.specular_tint");
+  require_size(in.materials.emission, materials, "materials.emission");
+  require_size(in.materials.alpha, materials, "materials.alpha");
+  require_size(in.materials.multi_ggx, materials, "materials.multi_ggx");
+  require_size(in.materials.pass_index, materials, "materials.pass_index");
+  require_size(in.materials.emission_sampling, materials, "materials.emission_sampling");
+  const std::size_t lights = in.lights.type.size();
+  require_below(in.lights.type, 3, "lights.type");
+  require_size(in.lights.strength, lights, "lights.strength");
+  require_size(in.lights.transform, lights * 12, "lights.transform");
+  require_size(in.lights.size, lights, "lights.size");
+  require_size(in.lights.spot_size, lights, "lights.spot_size");
+  require_size(in.lights.spot_blend, lights, "lights.spot_blend");
+  require_size(in.lights.soft_falloff, lights, "lights.soft_falloff");
+  require_size(in.lights.normalize, lights, "lights.normalize");
+  require_size(in.lights.cast_shadow, lights, "lights.cast_shadow");
+  require_size(in.lights.use_mis, lights, "lights.use_mis");
+  require_size(in.lights.max_bounces, lights, "lights.max_bounces");
+  require_size(in.lights.visibility, lights, "lights.visibility");
+  require_size(in.lights.light_group, lights, "lights.light_group");
+}
+
+void Scene::prepare_materials(const MaterialsInput &in) {
+  materials_.resize(in.metallic.size());
+  for (std::size_t i = 0; i < materials_.size(); ++i) {
+    Material &m = materials_[i];
+    m = {};
+    m.base_color = in.base_color[i];
+    m.metallic = clamp(in.metallic[i], 0.0f, 1.0f);
+    m.specular_tint = in.specular_tint[i];
+    m.roughness = clamp(in.roughness[i], 0.0f, 1.0f);
+    m.emission = in.emission[i];
+    m.ior = in.ior[i];
+    m.specular_level = in.specular_level[i];
+    m.alpha = in.alpha[i];
+    m.pass_index = in.pass_index[i];
+    const bool dielectric = m.metallic < 1.0f && m.specular_level > 0.0f && m.ior != 1.0f;
+    if (m.metallic > 0.0f || dielectric) m.flags |= MATERIAL_SPECULAR;
+    if (m.metallic < 1.0f) m.flags |= MATERIAL_DIFFUSE;
+    if (in.multi_ggx[i] != 0) m.flags |= MATERIAL_MULTI_GGX;
+    if (max(max(m.emission.x, m.emission.y), m.emission.z) > 0.0f) {
+      m.flags |= MATERIAL_EMISSIVE;
+      if (in.emission_sampling[i] != 0) m.flags |= MATERIAL_SAMPLED;
+    }
+  }
+}
+
+void Scene::prepare_lights(const LightsInput &in) {
+  for (std::size_t i = 0; i < in.type.size(); ++i) lights_.push_back(light_from_blender(in, i));
+}
+
+void Scene::prepare_instances(const SceneInput &in) {
+  const InstancesInput &source = in.instances;
+  const std::size_t n = source.mesh.size();
+  // Instances of one mesh and visibility stand together, so that they make one instance array of Embree's.
+  std::vector<uint> order(n);
+  std::iota(order.begin(), order.end(), 0u);
+  std::stable_sort(order.begin(), order.end(), [&](uint a, uint b) {
+    return source.mesh[a] != source.mesh[b] ? source.mesh[a] < source.mesh[b]
+                                            : source.visibility[a] < source.visibility[b];
+  });
+  instances_.resize(n);
+  for (std::size_t k = 0; k < n; ++k) {
+    const std::size_t i = order[k];
+    const float *m = source.transform.data() + 12 * i;
+    const Matrix3 frame = columns_of_rows(m);
+    const Matrix3 normal = normal_matrix(frame);
+    Instance &instance = instances_[k];
+    instance.x_axis = frame.x;
+    instance.y_axis = frame.y;
+    instance.z_axis = frame.z;
+    instance.origin = {m[3], m[7], m[11]};
+    instance.normal_x = normal.x;
+    instance.normal_y = normal.y;
+    instance.normal_z = normal.z;
+    instance.mesh = source.mesh[i];
+    instance.material_base = source.material_base[i];
+    instance.material_count = source.material_count[i];
+    instance.pass_index = source.pass_index[i];
+    instance.visibility = source.visibility[i] & VISIBLE_ALL;
+    instance.light_group = source.light_group[i];
+    const float terminator = clamp(source.terminator[i], 0.0f, 1.0f);
+    instance.flags = static_cast<uint>(std::lround(terminator * 65535.0f)) << INSTANCE_TERMINATOR_SHIFT;
+    if (is_identity(m)) instance.flags |= INSTANCE_IDENTITY;
+  }
+}
+
+void Scene::prepare_meshes(SceneInput &in) {
+  std::vector<uint> users(in.meshes.size(), 0);
+  for (const Instance &i : instances_) ++users[i.mesh];
+  storage_.resize(in.meshes.size());
+  meshes_.resize(in.meshes.size());
+  std::vector<Instance *> only(in.meshes.size(), nullptr);
+  for (Instance &i : instances_) only[i.mesh] = &i;
+
+  for (std::size_t k = 0; k < in.meshes.size(); ++k) {
+    MeshInput &source = in.meshes[k];
+    MeshStorage &storage = storage_[k];
+    Mesh &mesh = meshes_[k];
+    storage.name = std::move(source.name);
+    storage.owner = std::move(source.owner);
+    storage.vertex_count = source.positions.size();
+    storage.flattened = users[k] == 1;
+    const vec3 *positions = source.positions.data();
+    const vec3 *normals = source.normals.data();
+
+    // A mesh that one object shows goes into the top-level BVH in world space: no transform at each ray.
+    Instance *instance = only[k];
+    const bool move = storage.flattened && (instance->flags & INSTANCE_IDENTITY) == 0;
+    if (move || !source.positions_padded) {
+      storage.positions.resize(source.positions.size() + 1);  // Embree reads 16 bytes at the last vertex
+      std::copy(source.positions.begin(), source.positions.end(), storage.positions.begin());
+      positions = storage.positions.data();
+    }
+    if (move) {
+      for (std::size_t i = 0; i < source.positions.size(); ++i) {
+        const vec3 p = storage.positions[i];
+        storage.positions[i] =
+            instance->x_axis * p.x + instance->y_axis * p.y + instance->z_axis * p.z + instance->origin;
+      }
+      storage.normals.resize(source.normals.size());
+      for (std::size_t i = 0; i < source.normals.size(); ++i) {
+        const vec3 n = source.normals[i];
+        const vec3 moved = instance->normal_x * n.x + instance->normal_y * n.y + instance->normal_z * n.z;
+        const float len2 = dot(moved, moved);
+        storage.normals[i] = len2 > 0.0f ? moved * (1.0f / std::sqrt(len2)) : vec3(0.0f);
+      }
+      if (!storage.normals.empty()) normals = storage.normals.data();
+      // A mirrored object's triangles turn over in world space: remember, the records now say "identity".
+      const float determinant = dot(instance->x_axis, cross(instance->y_axis, instance->z_axis));
+      if (determinant < 0.0f) mesh.flags |= MESH_MIRRORED;
+      instance->x_axis = instance->normal_x = {1.0f, 0.0f, 0.0f};
+      instance->y_axis = instance->normal_y = {0.0f, 1.0f, 0.0f};
+      instance->z_axis = instance->normal_z = {0.0f, 0.0f, 1.0f};
+      instance->origin = {0.0f, 0.0f, 0.0f};
+      instance->flags |= INSTANCE_IDENTITY;
+    }
+
+    mesh.positions = {positions};
+    mesh.triangles = {source.triangles.data()};
+    mesh.corners = {source.corners.data()};
+    mesh.normals = {normals};
+    mesh.uv = {source.uv.data()};
+    mesh.slots = {source.slots.data()};
+    mesh.triangle_count = static_cast<uint>(source.triangles.size());
+    if (!source.normals.empty()) mesh.flags |= source.corner_normals ? MESH_SMOOTH_CORNER : MESH_SMOOTH_VERTEX;
+    if (!source.uv.empty()) mesh.flags |= MESH_HAS_UV;
+    if (!source.slots.empty()) mesh.flags |= MESH_HAS_SLOTS;
+    stats_.triangles += source.triangles.size();
+    stats_.instanced_triangles += source.triangles.size() * users[k];
+  }
+}
+
+void Scene::prepare_emitters() {
+  // 1. Collect the emitting triangles in world space.
+  double total = 0.0;
+  for (std::size_t k = 0; k < instances_.size(); ++k) {
+    const Instance &instance = instances_[k];
+    const Mesh &mesh = meshes_[instance.mesh];
+    bool any = false;
+    for (uint s = 0; s < instance.material_count; ++s) {
+      any |= (materials_[material_slots_[instance.material_base + s]].flags & MATERIAL_SAMPLED) != 0;
+    }
+    const bool seen = (instance.visibility & (VISIBLE_DIFFUSE | VISIBLE_GLOSSY)) == (VISIBLE_DIFFUSE | VISIBLE_GLOSSY);
+    if (!any || !seen) continue;
+    for (uint t = 0; t < mesh.triangle_count; ++t) {
+      uint slot = 0;
+      if ((mesh.flags & MESH_HAS_SLOTS) != 0) slot = std::min(mesh.slots.v[t], instance.material_count - 1);
+      const uint material = material_slots_[instance.material_base + slot];
+      if ((materials_[material].flags & MATERIAL_SAMPLED) == 0) continue;
+      const uvec3 id = mesh.triangles.v[t];
+      const auto world = [&](vec3 p) {
+        return instance.x_axis * p.x + instance.y_axis * p.y + instance.z_axis * p.z + instance.origin;
+      };
+      Emitter e{};
+      e.v0 = world(mesh.positions.v[id.x]);
+      e.edge1 = world(mesh.positions.v[id.y]) - e.v0;
+      e.edge2 = world(mesh.positions.v[id.z]) - e.v0;
+      const vec3 n = cross(e.edge1, e.edge2);
+      const float len = length(n);
+      if (!(len > 0.0f) || !std::isfinite(len)) continue;
+      e.normal = n * (1.0f / len);
+      e.area = 0.5f * len;
+      e.instance = static_cast<uint>(k);
+      e.triangle = t;
+      e.material = material;
+      e.radiance = materials_[material].emission;
+      e.visibility = instance.visibility;
+      e.group = instance.light_group;
+      total += static_cast<double>(e.area) * static_cast<double>(dot(e.radiance, vec3(0.2126f, 0.7152f, 0.0722f)));
+      emitters_.push_back(e);
+    }
+  }
+  // 2. Cumulate their power.
+  double sum = 0.0;
+  for (Emitter &e : emitters_) {
+    sum += static_cast<double>(e.area) * static_cast<double>(dot(e.radiance, vec3(0.2126f, 0.7152f, 0.0722f)));
+    e.cdf = static_cast<float>(sum / total);
+  }
+  data_.emitters = {emitters_.data()};
+  data_.emitter_count = static_cast<uint>(emitters_.size());
+  data_.emitter_norm = total > 0.0 ? static_cast<float>(1.0 / total) : 0.0f;
+}
+
+void Scene::prepare_features() {
+  bool soft = false;
+  bool visible = false;
+  bool mis = false;
+  for (const Light &light : lights_) {
+    soft |= light.radius > 0.0f;
+    visible |= (light.flags & LIGHT_VISIBLE) != 0;
+    mis |= (light.flags & LIGHT_USE_MIS) != 0;
+  }
+  bool specular = false;
+  bool sharp = false;
+  bool emissive = false;
+  std::vector<bool> used(materials_.size(), false);
+  for (const Instance &i : instances_) {
+    for (uint s = 0; s < i.material_count; ++s) used[material_slots_[i.material_base + s]] = true;
+  }
+  for (std::size_t k = 0; k < materials_.size(); ++k) {
+    if (!used[k]) continue;
+    const Material &m = materials_[k];
+    specular |= (m.flags & MATERIAL_SPECULAR) != 0;
+    sharp |= (m.flags & MATERIAL_SPECULAR) != 0 && m.roughness < kSharpRoughness;
+    emissive |= (m.flags & MATERIAL_EMISSIVE) != 0;
+  }
+  const bool world = max(max(data_.world.x, data_.world.y), data_.world.z) > 0.0f;
+  if (soft) features_ |= FEATURE_SOFT_LIGHTS;
+  if (visible) features_ |= FEATURE_VISIBLE_LIGHTS;
+  if (specular) features_ |= FEATURE_SPECULAR;
+  if (emissive) features_ |= FEATURE_EMISSIVE_MESHES;
+  if (world) features_ |= FEATURE_WORLD;
+  const bool world_lights = world && (data_.world_visibility & (VISIBLE_DIFFUSE | VISIBLE_GLOSSY)) != 0;
+  if (emissive || world_lights || (sharp && mis)) features_ |= FEATURE_BSDF_RAYS;
+}
+
+}  // namespace cotorra

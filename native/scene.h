@@ -1,0 +1,172 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// A scene as the native module holds it: validated arrays, kernel records derived from them, and Embree's two-level
+// BVH. Cameras, settings and pixels belong to a session; Python is not known here.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <span>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "../kernels/scene_types.h"
+#include "embree.h"
+
+namespace cotorra {
+
+// Thrown when the caller asked to stop.
+struct Cancelled : std::runtime_error {
+  Cancelled() : std::runtime_error("cancelled") {}
+};
+
+// Views of the exporter's arrays (addon/export/buffers.py has shapes and units). `owner` keeps them alive.
+struct MeshInput {
+  std::string name;
+  std::span<const vec3> positions;
+  bool positions_padded = false;  // 4 readable bytes follow the last vertex
+  std::span<const uvec3> triangles;
+  std::span<const uvec3> corners;
+  std::span<const vec3> normals;
+  bool corner_normals = false;
+  std::span<const vec2> uv;
+  std::span<const uint> slots;
+  std::shared_ptr<void> owner;
+};
+
+struct InstancesInput {
+  std::span<const uint> mesh;
+  std::span<const float> transform;  // [instances * 12], rows
+  std::span<const uint> material_base;
+  std::span<const uint> material_count;
+  std::span<const int> pass_index;
+  std::span<const uint> visibility;
+  std::span<const int> light_group;
+  std::span<const float> terminator;
+};
+
+struct MaterialsInput {
+  std::span<const vec3> base_color;
+  std::span<const float> metallic;
+  std::span<const float> roughness;
+  std::span<const float> ior;
+  std::span<const float> specular_level;
+  std::span<const vec3> specular_tint;
+  std::span<const vec3> emission;
+  std::span<const float> alpha;
+  std::span<const uint> multi_ggx;
+  std::span<const int> pass_index;
+  std::span<const uint> emission_sampling;
+};
+
+struct LightsInput {
+  std::span<const uint> type;
+  std::span<const vec3> strength;
+  std::span<const float> transform;  // [lights * 12], rows
+  std::span<const float> size;
+  std::span<const float> spot_size;
+  std::span<const float> spot_blend;
+  std::span<const uint> soft_falloff;
+  std::span<const uint> normalize;
+  std::span<const uint> cast_shadow;
+  std::span<const uint> use_mis;
+  std::span<const uint> max_bounces;
+  std::span<const uint> visibility;
+  std::span<const int> light_group;
+};
+
+struct SceneInput {
+  std::vector<MeshInput> meshes;
+  InstancesInput instances;
+  MaterialsInput materials;
+  std::span<const uint> material_slots;
+  LightsInput lights;
+  vec3 world{0.0f, 0.0f, 0.0f};
+  uint world_visibility = VISIBLE_ALL;
+  int world_group = -1;
+  uint light_group_count = 0;
+};
+
+// Below this roughness a highlight is narrower than a usual lamp: light sampling alone becomes noisy, and BSDF sampling
+// shares the work. Above it, it would cost a ray a sample and gain nothing (measured on a roughness sweep).
+constexpr float kSharpRoughness = 0.25f;
+
+struct SceneStats {
+  double build_seconds = 0.0;
+  std::uint64_t triangles = 0;         // stored
+  std::uint64_t instanced_triangles = 0;  // as seen, instances counted
+  std::uint64_t bvh_bytes = 0;
+  std::uint64_t bytes = 0;             // everything the scene owns, the BVH included
+};
+
+// Radiometry and geometry of one lamp from Blender's units (see blender-facts in the project's notes, measured on
+// Cycles).
+Light light_from_blender(const LightsInput &lights, std::size_t index);
+
+class Scene {
+ public:
+  // Validates (std::invalid_argument naming array, index and value), derives records and builds the BVH on `threads`
+  // threads (0 = all). `cancel`, polled while building, makes it throw Cancelled.
+  Scene(SceneInput input, std::shared_ptr<const embree::Library> library, int threads, const std::atomic<bool> &cancel);
+  ~Scene();
+  Scene(const Scene &) = delete;
+  Scene &operator=(const Scene &) = delete;
+
+  const SceneData &data() const { return data_; }
+  const SceneStats &stats() const { return stats_; }
+  const embree::Api &api() const { return library_->api(); }
+  embree::Scene bvh() const { return bvh_; }
+  embree::Device device() const { return device_; }
+  bool instanced() const { return instanced_; }
+  // Features (FEATURE_* of scene_types.h) that the scene itself asks for.
+  uint features() const { return features_; }
+  uint light_group_count() const { return light_group_count_; }
+  std::size_t mesh_count() const { return meshes_.size(); }
+
+  // Instance that an Embree hit belongs to is first_instances()[top-level geometry] + its place in an instance array.
+  std::span<const uint> first_instances() const { return first_instances_; }
+
+ private:
+  void validate(const SceneInput &input) const;
+  void prepare_materials(const MaterialsInput &input);
+  void prepare_lights(const LightsInput &input);
+  void prepare_instances(const SceneInput &input);
+  void prepare_meshes(SceneInput &input);
+  void prepare_emitters();
+  void prepare_features();
+  void build(int threads, const std::atomic<bool> &cancel);
+  void check_embree(const char *doing) const;
+  void release();
+
+  struct MeshStorage {
+    std::string name;
+    std::vector<vec3> positions;  // where the mesh was moved to world space, or came without padding
+    std::vector<vec3> normals;    // where the mesh was moved to world space
+    std::shared_ptr<void> owner;  // of the exporter's arrays
+    std::size_t vertex_count = 0;
+    bool flattened = false;       // in world space, part of the top-level BVH
+  };
+
+  std::shared_ptr<const embree::Library> library_;
+  embree::Device device_ = nullptr;
+  embree::Scene bvh_ = nullptr;
+  std::vector<embree::Scene> mesh_scenes_;
+  std::vector<MeshStorage> storage_;
+  std::vector<Mesh> meshes_;
+  std::vector<Instance> instances_;    // grouped by mesh and visibility, so that each group is one instance array
+  std::vector<uint> first_instances_;  // by geometry of the top-level BVH
+  std::vector<Material> materials_;
+  std::vector<uint> material_slots_;
+  std::vector<Light> lights_;
+  std::vector<Emitter> emitters_;
+  SceneData data_{};
+  SceneStats stats_;
+  uint features_ = 0;
+  uint light_group_count_ = 0;
+  bool instanced_ = false;
+  std::atomic<std::int64_t> bvh_bytes_{0};
+};
+
+}  // namespace cotorra

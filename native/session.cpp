@@ -1,0 +1,274 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Turns settings into a job, and hands out its tiles to threads in passes of growing length.
+#include "session.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <numbers>
+#include <stdexcept>
+
+#if defined(__x86_64__) || defined(_M_X64)
+#include <xmmintrin.h>
+#endif
+
+#include "../kernels/sampling.h"
+
+namespace cotorra {
+namespace {
+
+constexpr std::int64_t kMaxSamples = 1 << 24;  // float sums stand still beyond; Cycles' bound too
+constexpr std::uint32_t kLongestPass = 32;     // samples; keeps cancelling quick
+constexpr std::uint32_t kLightsAtOnce = 8;     // beyond, lamps are picked by importance
+
+void require(bool good, const std::string &name, const std::string &value, const char *expected) {
+  if (!good) throw std::invalid_argument(name + " = " + value + ", must be " + expected);
+}
+
+// Inverse cumulative distribution of the Blackman-Harris window over -1..1, at uniform probabilities.
+std::vector<float> blackman_harris_inverse_cdf() {
+  constexpr int kSteps = 8192;
+  std::vector<double> cdf(kSteps + 1, 0.0);
+  for (int i = 0; i < kSteps; ++i) {
+    const double phase = 2.0 * std::numbers::pi * (i + 0.5) / kSteps;
+    const double w =
+        0.35875 - 0.48829 * std::cos(phase) + 0.14128 * std::cos(2.0 * phase) - 0.01168 * std::cos(3.0 * phase);
+    cdf[static_cast<std::size_t>(i) + 1] = cdf[static_cast<std::size_t>(i)] + w;
+  }
+  std::vector<float> table(FILTER_TABLE_SIZE);
+  std::size_t j = 0;
+  for (std::size_t i = 0; i < table.size(); ++i) {
+    const double target = cdf.back() * static_cast<double>(i) / static_cast<double>(table.size() - 1);
+    while (j + 2 < cdf.size() && cdf[j + 1] < target) ++j;
+    const double t = std::clamp((target - cdf[j]) / (cdf[j + 1] - cdf[j]), 0.0, 1.0);
+    table[i] = static_cast<float>(2.0 * (static_cast<double>(j) + t) / kSteps - 1.0);
+  }
+  return table;
+}
+
+CameraData camera_data(const CameraInput &in) {
+  const auto &m = in.transform;
+  CameraData c{};
+  c.x_axis = {m[0], m[4], m[8]};
+  c.y_axis = {m[1], m[5], m[9]};
+  c.z_axis = {m[2], m[6], m[10]};
+  c.origin = {m[3], m[7], m[11]};
+  c.kind = in.orthographic ? CAMERA_ORTHOGRAPHIC : CAMERA_PERSPECTIVE;
+  c.window_left = in.window[0];
+  c.window_bottom = in.window[2];
+  c.pixel_width = (in.window[1] - in.window[0]) / static_cast<float>(in.resolution[0]);
+  c.pixel_height = (in.window[3] - in.window[2]) / static_cast<float>(in.resolution[1]);
+  c.clip_start = in.clip[0];
+  c.clip_end = in.clip[1];
+  c.filter_radius = in.filter_width;
+  return c;
+}
+
+PassSelection select_passes(const SettingsInput &settings, std::uint32_t light_groups) {
+  PassSelection p;
+  p.error = settings.adaptive;
+  for (const std::string &name : settings.passes) {
+    if (name == "depth" || name == "position" || name == "object_index" || name == "material_index") {
+      p.nearest = true;
+    } else if (name == "normal" || name == "uv" || name == "diffuse_color") {
+      p.surface = true;
+    } else if (name == "emission") {
+      p.emission = true;
+    } else if (name == "environment") {
+      p.environment = true;
+    } else if (name == "shadow") {
+      p.shadow = true;
+    } else if (name.starts_with("lightgroup:")) {
+      p.light_groups = light_groups;
+    } else {
+      require(name == "combined" || name == "sample_count", "settings.passes", "'" + name + "'", "a known pass");
+    }
+  }
+  return p;
+}
+
+const CameraInput &checked(const CameraInput &c) {
+  require(c.resolution[0] > 0 && c.resolution[1] > 0, "camera.resolution",
+          std::to_string(c.resolution[0]) + " x " + std::to_string(c.resolution[1]), "positive");
+  require(c.region[2] > 0 && c.region[3] > 0 && c.region[0] >= 0 && c.region[1] >= 0, "camera.region",
+          std::to_string(c.region[2]) + " x " + std::to_string(c.region[3]), "positive");
+  for (const float v : c.transform) require(std::isfinite(v), "camera.transform", std::to_string(v), "finite");
+  for (const float v : c.window) require(std::isfinite(v), "camera.window", std::to_string(v), "finite");
+  require(c.clip[0] < c.clip[1], "camera.clip", std::to_string(c.clip[0]) + " to " + std::to_string(c.clip[1]),
+          "increasing");
+  return c;
+}
+
+// Side of a tile: large ones make long batches, small ones spread a small picture over the threads. The choice knows
+// nothing of the thread count, so that the picture does not depend on it.
+int tile_size(const CameraInput &c) {
+  return static_cast<std::int64_t>(c.region[2]) * c.region[3] >= 256 * 256 ? 32 : 16;
+}
+
+}  // namespace
+
+Session::Session(std::shared_ptr<const Scene> scene, const CameraInput &camera, const SettingsInput &settings)
+    : scene_(std::move(scene)),
+      settings_(settings),
+      passes_(select_passes(settings, scene_->light_group_count())),
+      filter_table_(blackman_harris_inverse_cdf()),
+      scene_data_(scene_->data()),
+      film_(checked(camera).region[2], camera.region[3], tile_size(camera), passes_),
+      tile_passes_(film_.tile_count()) {
+  require(settings.samples >= 1 && settings.samples <= kMaxSamples, "settings.samples",
+          std::to_string(settings.samples), "1 to 16777216");
+  const bool path = settings.integrator == "PATH";
+  require(path || settings.integrator == "DIRECT", "settings.integrator", "'" + settings.integrator + "'",
+          "DIRECT or PATH");
+  const auto samples = static_cast<std::uint32_t>(settings.samples);
+
+  scene_data_.filter_table = {filter_table_.data()};
+  job_.scene = &scene_data_;
+  job_.camera = camera_data(camera);
+  job_.region_x = camera.region[0];
+  job_.region_y = camera.region[1];
+  job_.limits = {path ? settings.max_bounces : 0u, path ? settings.diffuse_bounces : 0u,
+                 path ? settings.glossy_bounces : 0u, 2u};
+  job_.passes = passes_;
+  job_.bvh = scene_->bvh();
+  job_.rtc = &scene_->api();
+  job_.first_instances = scene_->first_instances();
+  job_.embree_features = embree::kFeatureTriangle | (scene_->instanced() ? embree::kFeatureInstanceArray : 0u);
+  job_.features = scene_->features();
+  if (path && settings.max_bounces > 0) job_.features |= FEATURE_BOUNCES;
+  if (passes_.any_data()) job_.features |= FEATURE_DATA_PASSES;
+  if (passes_.light_groups > 0) job_.features |= FEATURE_LIGHT_GROUPS;
+  job_.seed = settings.seed;
+  job_.sample_bits = std::min(static_cast<std::uint32_t>(std::bit_width(samples - 1u)), SAMPLE_BITS_MAX);
+  job_.lights_at_once = kLightsAtOnce;
+  job_.transparent = settings.transparent;
+  job_.cancel = &cancel_;
+  kernel_ = &choose_cpu_kernel(job_.features);
+
+  // Passes of 1, 1, 2, 4 ... samples: a first picture soon, few interruptions later.
+  for (std::uint32_t done = 0; done < samples;) {
+    done += std::min({std::max(done, 1u), kLongestPass, samples - done});
+    pass_ends_.push_back(done);
+  }
+}
+
+Session::~Session() {
+  cancel();
+  for (std::thread &thread : threads_) thread.join();
+}
+
+void Session::start() {
+  const std::lock_guard lock(mutex_);
+  if (!threads_.empty()) throw std::logic_error("this session was started before");
+  int n = settings_.threads > 0 ? settings_.threads : static_cast<int>(std::thread::hardware_concurrency());
+  n = std::clamp(n, 1, 1024);
+  begin_ = end_ = std::chrono::steady_clock::now();
+  running_ = n;
+  for (int i = 0; i < n; ++i) threads_.emplace_back([this] { work(); });
+}
+
+void Session::work() {
+#if defined(__x86_64__) || defined(_M_X64)
+  _mm_setcsr(_mm_getcsr() | 0x8040);  // flush denormals to zero: Embree asks for it
+#endif
+  RayCounts counts;
+  std::exception_ptr error;
+  try {
+    const std::unique_ptr<Workspace> workspace = kernel_->make_workspace(job_);
+    const std::uint64_t tiles = film_.tile_count();
+    const std::uint64_t total = tiles * pass_ends_.size();
+    while (!cancel_.load(std::memory_order_relaxed)) {
+      const std::uint64_t work = next_work_.fetch_add(1);
+      if (work >= total) break;
+      const std::uint64_t pass = work / tiles;
+      const std::size_t tile = work % tiles;
+      // Another thread may still be at this tile's last pass: its samples come first, whatever the thread count.
+      while (tile_passes_[tile].load(std::memory_order_acquire) < pass && !cancel_.load(std::memory_order_relaxed)) {
+        std::this_thread::yield();
+      }
+      const std::uint32_t first = pass > 0 ? pass_ends_[pass - 1] : 0;
+      run_tile(tile, first, pass_ends_[pass] - first, *workspace, counts);
+    }
+  } catch (...) {
+    error = std::current_exception();
+    cancel();
+  }
+  const std::lock_guard lock(mutex_);
+  counts_.add(counts);
+  if (error && !error_) error_ = error;
+  if (--running_ == 0) end_ = std::chrono::steady_clock::now();
+  changed_.notify_all();
+}
+
+void Session::run_tile(std::size_t index, std::uint32_t first, std::uint32_t count, Workspace &workspace,
+                       RayCounts &counts) {
+  FilmTile &tile = film_.tile(index);
+  if (!tile.to_sample().empty()) {
+    if (!kernel_->render(job_, tile, first, count, workspace, counts)) return;
+    if (passes_.error) update_pending(tile, first + count);
+  }
+  samples_finished_.fetch_add(count, std::memory_order_relaxed);
+  tile_passes_[index].fetch_add(1, std::memory_order_release);
+}
+
+// Adaptive sampling: drops the pixels whose error, and whose neighbours' error in the tile, is below the threshold.
+void Session::update_pending(FilmTile &tile, std::uint32_t samples) const {
+  const std::uint32_t least =
+      settings_.adaptive_min_samples > 0
+          ? settings_.adaptive_min_samples
+          : std::max(16u, static_cast<std::uint32_t>(
+                              std::lround(16.0f / std::sqrt(std::max(settings_.noise_threshold, 1e-6f)) * 0.1f)));
+  if (samples < least) return;
+  std::vector<char> noisy(tile.pixels.size(), 0);
+  const auto w = static_cast<std::size_t>(tile.width);
+  const auto h = static_cast<std::size_t>(tile.height);
+  for (const std::uint16_t i : tile.pending) {
+    if (film_error(tile.pixels[i].radiance, tile.odd[i], static_cast<float>(tile.samples[i])) <
+        settings_.noise_threshold) {
+      continue;
+    }
+    const std::size_t x = i % w;
+    const std::size_t y = i / w;
+    for (std::size_t v = y > 0 ? y - 1 : 0; v <= std::min(y + 1, h - 1); ++v) {
+      for (std::size_t u = x > 0 ? x - 1 : 0; u <= std::min(x + 1, w - 1); ++u) noisy[v * w + u] = 1;
+    }
+  }
+  const std::lock_guard lock(tile.mutex);
+  std::erase_if(tile.pending, [&](std::uint16_t i) { return noisy[i] == 0; });
+}
+
+bool Session::wait(double seconds) {
+  std::unique_lock lock(mutex_);
+  const bool done =
+      changed_.wait_for(lock, std::chrono::duration<double>(std::max(seconds, 0.0)), [this] { return running_ == 0; });
+  if (done && error_) std::rethrow_exception(std::exchange(error_, nullptr));
+  return done;
+}
+
+double Session::progress() const {
+  const double total = static_cast<double>(pass_ends_.back()) * static_cast<double>(film_.tile_count());
+  return static_cast<double>(samples_finished_.load(std::memory_order_relaxed)) / total;
+}
+
+std::uint32_t Session::samples_done() const {
+  std::uint32_t least = ~0u;
+  for (const auto &passes : tile_passes_) least = std::min(least, passes.load(std::memory_order_relaxed));
+  return least > 0 ? pass_ends_[least - 1] : 0;
+}
+
+void Session::read(const std::string &pass, std::span<float> out) { film_.read(pass, settings_.transparent, out); }
+
+SessionStats Session::stats() const {
+  const std::lock_guard lock(mutex_);
+  SessionStats s;
+  const auto end = running_ > 0 ? std::chrono::steady_clock::now() : end_;
+  s.render_seconds = std::chrono::duration<double>(end - begin_).count();
+  s.rays = counts_;
+  s.bytes = film_.bytes();
+  s.isa = kernel_->isa;
+  s.features = job_.features;
+  s.kernel_features = kernel_->features;
+  return s;
+}
+
+}  // namespace cotorra

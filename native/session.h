@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// One render in progress: a camera's view of a scene, refined pass by pass over tiles by a pool of threads.
+// It can be asked for its state, read and cancelled at any time; Python is not known here.
+#pragma once
+
+#include <array>
+#include <atomic>
+#include <chrono>
+#include <condition_variable>
+#include <exception>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "cpu_kernel.h"
+#include "film.h"
+#include "scene.h"
+
+namespace cotorra {
+
+struct CameraInput {  // addon/export/buffers.py, Camera
+  bool orthographic = false;
+  std::array<float, 12> transform{};  // rows
+  std::array<float, 4> window{};      // left, right, bottom, top
+  std::array<float, 2> clip{};
+  std::array<int, 2> resolution{};
+  std::array<int, 4> region{};        // x0, y0, width, height
+  float filter_width = 1.5f;
+};
+
+struct SettingsInput {  // addon/export/buffers.py, RenderSettings
+  std::string integrator = "DIRECT";
+  std::int64_t samples = 64;
+  std::uint32_t seed = 0;
+  std::uint32_t max_bounces = 12, diffuse_bounces = 4, glossy_bounces = 4;
+  bool adaptive = false;
+  float noise_threshold = 0.01f;
+  std::uint32_t adaptive_min_samples = 0;
+  bool transparent = false;
+  int threads = 0;
+  std::vector<std::string> passes;
+};
+
+struct SessionStats {
+  double render_seconds = 0.0;
+  RayCounts rays;
+  std::uint64_t bytes = 0;
+  std::string isa;
+  std::uint32_t features = 0;         // in use
+  std::uint32_t kernel_features = 0;  // compiled into the chosen build
+};
+
+class Session {
+ public:
+  // Throws std::invalid_argument naming the setting that is wrong.
+  Session(std::shared_ptr<const Scene> scene, const CameraInput &camera, const SettingsInput &settings);
+  ~Session();
+  Session(const Session &) = delete;
+  Session &operator=(const Session &) = delete;
+
+  void start();
+  // True when all threads have stopped. Rethrows what a thread threw.
+  bool wait(double seconds);
+  void cancel() { cancel_.store(true, std::memory_order_relaxed); }
+  double progress() const;
+  std::uint32_t samples_done() const;
+  void read(const std::string &pass, std::span<float> out);
+  SessionStats stats() const;
+  int width() const { return film_.width(); }
+  int height() const { return film_.height(); }
+
+ private:
+  void work();
+  void run_tile(std::size_t tile, std::uint32_t first, std::uint32_t count, Workspace &workspace, RayCounts &counts);
+  void update_pending(FilmTile &tile, std::uint32_t samples) const;
+
+  std::shared_ptr<const Scene> scene_;
+  SettingsInput settings_;
+  PassSelection passes_;
+  std::vector<float> filter_table_;
+  SceneData scene_data_;
+  Film film_;
+  RenderJob job_{};
+  const CpuKernel *kernel_ = nullptr;
+  std::vector<std::uint32_t> pass_ends_;  // samples after each progressive pass
+  std::vector<std::atomic<std::uint32_t>> tile_passes_;  // passes that each tile has behind it
+
+  std::atomic<std::uint64_t> next_work_{0};
+  std::atomic<std::uint64_t> samples_finished_{0};  // tile passes times their samples
+  std::atomic<bool> cancel_{false};
+  mutable std::mutex mutex_;
+  std::condition_variable changed_;
+  std::vector<std::thread> threads_;
+  int running_ = 0;
+  RayCounts counts_;
+  std::exception_ptr error_;
+  std::chrono::steady_clock::time_point begin_{}, end_{};
+};
+
+}  // namespace cotorra
