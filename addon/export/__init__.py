@@ -1,0 +1,86 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""From Blender's depsgraph to the arrays of buffers.py: the only part of Cotorra that reads the objects of a scene.
+
+It keeps nothing between two calls, and no Blender object leaves it.
+"""
+
+from __future__ import annotations
+
+import bpy
+import numpy as np
+
+from ..log import Log
+from . import camera, instances, lights, materials, shapes, world
+from .buffers import I32, Camera, SceneBuffers
+from .nodes import Trees
+
+
+def export_camera(
+    scene: bpy.types.Scene,
+    camera_object: bpy.types.Object | None,
+    log: Log,
+    region: tuple[int, int, int, int] | None = None,
+) -> Camera | None:
+    """The camera of an evaluated scene; None, with an error in the log, where there is none that can be used.
+
+    region: x0, y0, width, height in pixels; by default the render border, or everything.
+    """
+    if camera_object is None:
+        log.error(f'Scene "{scene.name}" has no camera')
+        return None
+    return camera.read_camera(scene, camera_object, log, region)
+
+
+def export_scene(
+    depsgraph: bpy.types.Depsgraph, engine_scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer, log: Log
+) -> SceneBuffers:
+    """Everything that one view layer shows. `engine_scene` is the depsgraph's evaluated scene."""
+    trees = Trees({})
+    light_groups = {group.name: index for index, group in enumerate(view_layer.lightgroups)}
+    walk = instances.walk(depsgraph)
+    log.checkpoint()
+
+    # What each group is: a lamp, or a mesh with its materials, or nothing.
+    table = materials.MaterialTable(log, trees)
+    lamps: list[lights.Lamp] = []
+    found: list[shapes.Shape] = []
+    lamp_of_group = np.full(len(walk.groups), -1, np.int32)
+    shape_of_group = np.full(len(walk.groups), -1, np.int32)
+    evaluated_layer = depsgraph.view_layer_eval
+    for index, group in enumerate(walk.groups):
+        instances.warn_unsupported(group, evaluated_layer, log)
+        if not instances.is_shown(group):
+            continue
+        visibility = instances.visibility(group, evaluated_layer)
+        group_of_lights = instances.light_group(group, light_groups)
+        if isinstance(group.data, bpy.types.Light):
+            lamp = lights.read_lamp(group.obj, visibility, group_of_lights, trees, log)
+            if lamp is not None:
+                lamp_of_group[index] = len(lamps)
+                lamps.append(lamp)
+        elif isinstance(group.data, bpy.types.Mesh) and visibility and view_layer.use_solid:
+            shape_of_group[index] = len(found)
+            found.append(shapes.read_shape(group, visibility, group_of_lights, view_layer.material_override, table))
+
+    # The arrays.
+    meshes = shapes.read_meshes(found, log)
+    shown, shape_of = _members(walk.group_of, shape_of_group)
+    lit, lamp_of = _members(walk.group_of, lamp_of_group)
+    objects = shapes.instance_arrays(found, meshes, shape_of, walk.transforms[shown], table, log)
+    surfaces, slots = materials.material_arrays(table)
+    return SceneBuffers(
+        meshes=tuple(meshes.arrays),
+        instances=objects,
+        materials=surfaces,
+        material_slots=slots,
+        lights=lights.light_arrays(lamps, walk.transforms[lit], lamp_of, log),
+        world=world.read_world(engine_scene, view_layer, light_groups, trees, log),
+        light_groups=tuple(light_groups),
+    )
+
+
+def _members(group_of: I32, number_of_group: I32) -> tuple[I32, I32]:
+    """The instances whose group has a number (a shape's or a lamp's), and that number for each."""
+    numbers = np.append(number_of_group, np.int32(-1))[group_of]  # group -1, objects without data, has none
+    chosen = np.flatnonzero(numbers >= 0)
+    return chosen, numbers[chosen]

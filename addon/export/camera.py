@@ -1,0 +1,130 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The camera, and the part of its picture that is rendered, exactly as Blender and Cycles place them.
+
+Panoramas and depth of field are reported and left out.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import bpy
+import numpy as np
+
+from ..log import Log
+from .buffers import F32, Camera
+
+
+@dataclass(frozen=True, slots=True)
+class Lens:
+    """What `Camera` data say; the defaults are what Cycles takes for an object that is no camera."""
+
+    orthographic: bool = False
+    ortho_scale: float = 1.0
+    focal_length: float = 50.0
+    sensor_fit: str = 'AUTO'
+    sensor_width: float = 36.0
+    sensor_height: float = 24.0
+    shift: tuple[float, float] = (0.0, 0.0)
+    clip: tuple[float, float] = (1e-5, 1e5)
+
+
+def read_camera(
+    scene: bpy.types.Scene, obj: bpy.types.Object, log: Log, region: tuple[int, int, int, int] | None
+) -> Camera | None:
+    """The camera `obj` in `scene`; None, with an error in the log, where its transform gives no view."""
+    transform = _without_scale(np.array(obj.matrix_world, np.float64))
+    if transform is None:
+        log.error(f'Camera "{obj.name}": its transform is not invertible or not finite')
+        return None
+    render = scene.render
+    width, height = resolution(render)
+    lens = _read_lens(obj, log)
+    return Camera(
+        kind='ORTHO' if lens.orthographic else 'PERSP',
+        transform=transform,
+        window=view_window(lens, width * render.pixel_aspect_x, height * render.pixel_aspect_y),
+        clip=lens.clip,
+        resolution=(width, height),
+        region=region if region is not None else border_region(render),
+        filter_width=_filter_width(scene, log),
+    )
+
+
+def resolution(render: bpy.types.RenderSettings) -> tuple[int, int]:
+    """Width and height of the whole picture in pixels, as Blender rounds them."""
+    percentage = render.resolution_percentage
+    return max(render.resolution_x * percentage // 100, 1), max(render.resolution_y * percentage // 100, 1)
+
+
+def border_region(render: bpy.types.RenderSettings) -> tuple[int, int, int, int]:
+    """x0, y0, width and height of the render border, truncated in single precision, as Blender does."""
+    width, height = resolution(render)
+    if not render.use_border:
+        return 0, 0, width, height
+    x0, x1 = (int(np.float32(x) * np.float32(width)) for x in (render.border_min_x, render.border_max_x))
+    y0, y1 = (int(np.float32(y) * np.float32(height)) for y in (render.border_min_y, render.border_max_y))
+    return x0, y0, max(x1 - x0, 1), max(y1 - y0, 1)
+
+
+def view_window(lens: Lens, width: float, height: float) -> tuple[float, float, float, float]:
+    """left, right, bottom, top on the plane z = -1, or in metres if orthographic.
+
+    The sensor spans the side that `sensor_fit` says (AUTO: the longer one, always with sensor_width); shift counts in
+    that side's whole length. width and height are in pixels times pixel aspect.
+    """
+    horizontal = width > height if lens.sensor_fit == 'AUTO' else lens.sensor_fit == 'HORIZONTAL'
+    if lens.orthographic:
+        half = 0.5 * lens.ortho_scale
+    else:
+        half = 0.5 * (lens.sensor_height if lens.sensor_fit == 'VERTICAL' else lens.sensor_width) / lens.focal_length
+    half_x, half_y = (half, half * height / width) if horizontal else (half * width / height, half)
+    x, y = 2.0 * half * lens.shift[0], 2.0 * half * lens.shift[1]
+    return x - half_x, x + half_x, y - half_y, y + half_y
+
+
+def _read_lens(obj: bpy.types.Object, log: Log) -> Lens:
+    data = obj.data
+    if isinstance(data, bpy.types.SpotLight):
+        # One can look through a spot light: its cone is the field of view of a 32 mm sensor.
+        return Lens(focal_length=16.0 / math.tan(0.5 * data.spot_size))
+    if not isinstance(data, bpy.types.Camera):
+        return Lens()
+    if data.type not in ('PERSP', 'ORTHO'):
+        log.warning(f'Camera "{obj.name}": type {data.type} is not supported yet: rendered as perspective')
+    if data.dof.use_dof:
+        log.warning(f'Camera "{obj.name}": depth of field is not supported yet: everything is in focus')
+    return Lens(
+        orthographic=data.type == 'ORTHO',
+        ortho_scale=data.ortho_scale,
+        focal_length=data.lens,
+        sensor_fit=data.sensor_fit,
+        sensor_width=data.sensor_width,
+        sensor_height=data.sensor_height,
+        shift=(data.shift_x, data.shift_y),
+        clip=(data.clip_start, data.clip_end),
+    )
+
+
+def _without_scale(matrix: np.ndarray) -> F32 | None:
+    """The matrix with axes of unit length: a camera's scale does not zoom. None where it has not three axes."""
+    lengths = np.linalg.norm(matrix[:3, :3], axis=0)
+    if not np.isfinite(matrix).all() or (lengths == 0.0).any():
+        return None
+    unscaled = matrix[:3].copy()
+    unscaled[:, :3] /= lengths
+    if np.linalg.det(unscaled[:, :3]) == 0.0:
+        return None
+    return unscaled.astype(np.float32)
+
+
+def _filter_width(scene: bpy.types.Scene, log: Log) -> float:
+    """Width of the pixel filter: Cycles' setting, for its scenes to look the same; where there is none, the scene's."""
+    cycles = getattr(scene, 'cycles', None)  # absent where the Cycles add-on is disabled
+    if cycles is None:
+        return scene.render.filter_size
+    if cycles.pixel_filter_type != 'BLACKMAN_HARRIS':
+        kind = cycles.pixel_filter_type
+        log.warning(f'Scene "{scene.name}": pixel filter {kind} is not supported yet: Blackman-Harris is used')
+    return cycles.filter_width

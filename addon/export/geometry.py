@@ -1,0 +1,128 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Evaluated meshes to arrays: whole-array reads, one copy each, and repair of what cannot be rendered.
+
+Which meshes there are, and where they stand, is instances.py's.
+"""
+
+from __future__ import annotations
+
+import ctypes
+
+import bpy
+import numpy as np
+from numpy.typing import NDArray
+
+from ..log import Log
+from .buffers import F32, U32, Mesh
+
+
+def read_mesh(mesh: bpy.types.Mesh, owner: str, slot_count: int, log: Log) -> Mesh | None:
+    """The arrays of a mesh, or None where it has no face that can be rendered.
+
+    owner:      name of the first object that shows it, for messages.
+    slot_count: slots of the objects that show it; faces with other slot indices take the nearest, as in Blender.
+    """
+    if not mesh.loop_triangles:
+        log.info(f'Object "{owner}": mesh "{mesh.name}" has no faces')
+        return None
+    corner_tris = _view(mesh.loop_triangles, np.uint32, 3)
+    corner_vert = _read(mesh.attributes['.corner_vert'].data, 'value', np.int32, 1).view(np.uint32)
+    positions = _positions(mesh)
+    triangles = corner_vert.take(corner_tris.ravel(), mode='clip').reshape(-1, 3)
+    domain, normals = _normals(mesh)
+    uv = _uv(mesh)
+    slots = _slots(mesh, slot_count)
+    corners = corner_tris.copy() if uv is not None or domain == 'CORNER' else None
+
+    # Vertices without a place take their triangles with them.
+    if not (np.isfinite(positions.min()) and np.isfinite(positions.max())):
+        lost = ~np.isfinite(positions).all(axis=1)
+        keep = ~lost[triangles].any(axis=1)
+        log.warning(
+            f'Object "{owner}": {lost.sum()} vertices of mesh "{mesh.name}" are at NaN or infinity; '
+            f'{(~keep).sum()} triangles that use them are left out'
+        )
+        positions[lost] = 0.0
+        triangles = np.ascontiguousarray(triangles[keep])
+        corners = None if corners is None else np.ascontiguousarray(corners[keep])
+        slots = None if slots is None else np.ascontiguousarray(slots[keep])
+        if not len(triangles):
+            return None
+    if normals is not None:
+        _repair_normals(normals, positions, triangles, corners if domain == 'CORNER' else triangles)
+    return Mesh(mesh.name, positions, triangles, corners, normals, domain, uv, slots)
+
+
+def _view(collection: bpy.types.bpy_prop_collection, dtype: type, width: int) -> NDArray:
+    """Blender's own array behind a collection that is not empty, (n, width), without a copy: read it at once."""
+    count = len(collection) * width
+    memory = (ctypes.c_char * (count * np.dtype(dtype).itemsize)).from_address(collection[0].as_pointer())
+    return np.frombuffer(memory, dtype).reshape(-1, width)
+
+
+def _read(collection: bpy.types.bpy_prop_collection, name: str, dtype: type, width: int) -> NDArray:
+    flat = np.empty(len(collection) * width, dtype)
+    collection.foreach_get(name, flat)
+    return flat.reshape(-1, width) if width > 1 else flat
+
+
+def _positions(mesh: bpy.types.Mesh) -> F32:
+    """(V, 3), in a buffer that is 4 bytes longer: Embree reads 16 bytes at each vertex."""
+    count = len(mesh.vertices) * 3
+    padded = np.empty(count + 1, np.float32)
+    padded[count] = 0.0
+    mesh.attributes['position'].data.foreach_get('vector', padded[:count])
+    return padded[:count].reshape(-1, 3)
+
+
+def _normals(mesh: bpy.types.Mesh) -> tuple[str, F32 | None]:
+    domain = mesh.normals_domain
+    if domain == 'POINT':
+        return domain, _read(mesh.vertex_normals, 'vector', np.float32, 3)
+    if domain == 'CORNER':
+        return domain, _read(mesh.corner_normals, 'vector', np.float32, 3)
+    return 'FACE', None
+
+
+def _uv(mesh: bpy.types.Mesh) -> F32 | None:
+    layer = next((layer for layer in mesh.uv_layers if layer.active_render), None)
+    if layer is None:
+        return None
+    uv = _read(layer.uv, 'vector', np.float32, 2)
+    if not (np.isfinite(uv.min()) and np.isfinite(uv.max())):
+        uv[~np.isfinite(uv)] = 0.0
+    return uv
+
+
+def _slots(mesh: bpy.types.Mesh, slot_count: int) -> U32 | None:
+    """The material slot of each triangle, or None where all are the first."""
+    attribute = mesh.attributes.get('material_index')
+    if attribute is None or slot_count < 2 or attribute.domain != 'FACE' or attribute.data_type != 'INT':
+        return None
+    of_face = _read(attribute.data, 'value', np.int32, 1).clip(0, slot_count - 1)
+    if not of_face.any():
+        return None
+    face = _read(mesh.loop_triangle_polygons, 'value', np.int32, 1)
+    return of_face.view(np.uint32).take(face, mode='clip')
+
+
+def _repair_normals(normals: F32, positions: F32, triangles: U32, entries: U32) -> None:
+    """Give normals that are no directions the direction of the triangles at them.
+
+    Vertices of zero-area faces have none, and neighbours of vertices at NaN get NaN.
+    entries: (T, 3) which normal each corner of each triangle uses.
+    """
+    squares = np.einsum('ij,ij->i', normals, normals)
+    if squares.min() > 0.5 and squares.max() < 2.0:  # false for NaN as well
+        return
+    bad = ~((squares > 0.5) & (squares < 2.0))
+    at = bad[entries]
+    affected = np.flatnonzero(at.any(axis=1))
+    a, b, c = (positions[triangles[affected, k]].astype(np.float64) for k in range(3))
+    area_normals = np.cross(b - a, c - a)
+    sums = np.zeros(normals.shape, np.float64)
+    for k in range(3):
+        np.add.at(sums, entries[affected, k], area_normals)
+    lengths = np.linalg.norm(sums[bad], axis=1, keepdims=True)
+    up = np.broadcast_to(np.array([0.0, 0.0, 1.0]), (len(lengths), 3))
+    normals[bad] = np.where(lengths > 0.0, sums[bad] / np.where(lengths > 0.0, lengths, 1.0), up)

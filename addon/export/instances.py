@@ -1,0 +1,141 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What the depsgraph shows: groups of instances that differ in nothing but their transforms, and which rays see them.
+
+There are few groups and many instances, so Python's work for an instance is one look into a dictionary.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import bpy
+import numpy as np
+
+from ..log import Log
+from .buffers import (
+    F32,
+    I32,
+    VISIBLE_CAMERA,
+    VISIBLE_DIFFUSE,
+    VISIBLE_GLOSSY,
+    VISIBLE_SHADOW,
+    VISIBLE_TRANSMISSION,
+    VISIBLE_VOLUME,
+)
+
+VISIBILITY = {
+    'visible_camera': VISIBLE_CAMERA,
+    'visible_diffuse': VISIBLE_DIFFUSE,
+    'visible_glossy': VISIBLE_GLOSSY,
+    'visible_transmission': VISIBLE_TRANSMISSION,
+    'visible_volume_scatter': VISIBLE_VOLUME,
+    'visible_shadow': VISIBLE_SHADOW,
+}
+
+# Object data that need primitives of their own.
+UNSUPPORTED = {'Curves': 'hair curves', 'PointCloud': 'point clouds', 'Volume': 'volumes'}
+
+
+@dataclass(frozen=True, slots=True)
+class Group:
+    """Instances of one object with one data, made by one instancer.
+
+    obj:    the object that is shown (for geometry nodes the object that carries the modifier).
+    data:   what it shows: not always `obj.data`, which for curves is the curve and not its mesh.
+    parent: the instancer; `obj` itself where it stands in the scene on its own.
+    """
+
+    obj: bpy.types.Object
+    data: bpy.types.ID
+    parent: bpy.types.Object
+    is_instance: bool
+    show_self: bool
+    show_particles: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Walk:
+    """All instances of a depsgraph, N of them.
+
+    group_of:   (N,) index into groups, -1 for objects without data (empties).
+    transforms: (N, 3, 4) object-to-world.
+    """
+
+    groups: list[Group]
+    group_of: I32
+    transforms: F32
+
+
+def walk(depsgraph: bpy.types.Depsgraph) -> Walk:
+    """Read all instances. The items of the collection are gone after each step, what they point to is not."""
+    index: dict[tuple, int] = {}
+    groups: list[Group] = []
+    group_of: list[int] = []
+    collection = depsgraph.object_instances
+    for item in collection:
+        shown = item.object
+        data = shown.data
+        if data is None:
+            group_of.append(-1)
+            continue
+        # `object` of an instance is a passing copy; `instance_object` is None for what is no instance.
+        original = item.instance_object
+        key = (shown, data) if original is None else (original, data, item.parent)
+        at = index.get(key)
+        if at is None:
+            at = index[key] = len(groups)
+            obj, parent = (shown, shown) if original is None else (original, item.parent)
+            groups.append(Group(obj, data, parent, original is not None, item.show_self, item.show_particles))
+        group_of.append(at)
+    matrices = np.empty((len(group_of), 4, 4), np.float32)
+    if group_of:
+        collection.foreach_get('matrix_world', matrices.ravel())
+    # Blender's matrices come by columns.
+    return Walk(groups, np.array(group_of, np.int32), matrices.transpose(0, 2, 1)[:, :3])
+
+
+def visibility(group: Group, view_layer: bpy.types.ViewLayer) -> int:
+    """VISIBLE_* bits: what both object and instancer allow; 'indirect only' collections are hidden from the camera."""
+    bits = sum(bit for name, bit in VISIBILITY.items() if getattr(group.obj, name))
+    if group.parent != group.obj:
+        bits &= sum(bit for name, bit in VISIBILITY.items() if getattr(group.parent, name))
+    if group.parent.indirect_only_get(view_layer=view_layer):
+        bits &= ~VISIBLE_CAMERA
+    return bits
+
+
+def light_group(group: Group, groups: dict[str, int]) -> int:
+    """Index of the light group, -1 for none: the object's own, else that of its instancer."""
+    return groups.get(group.obj.lightgroup or group.parent.lightgroup, -1)
+
+
+def is_shown(group: Group) -> bool:
+    """Whether a mesh or lamp of this group is to be rendered as such."""
+    return group.show_self and not (isinstance(group.data, bpy.types.Mesh) and _gas_domain(group))
+
+
+def warn_unsupported(group: Group, view_layer: bpy.types.ViewLayer, log: Log) -> None:
+    """Name what this group would show in Cycles and does not show here."""
+    name = group.obj.name
+    kind = UNSUPPORTED.get(type(group.data).__name__)
+    if kind and group.show_self:
+        log.warning(f'Object "{name}": {kind} are not supported yet: left out')
+    if _gas_domain(group):
+        log.warning(f'Object "{name}": smoke and fire are not supported yet: left out')
+    if group.show_particles and not group.is_instance:
+        for system in group.obj.particle_systems:
+            if system.settings.type == 'HAIR' and system.settings.render_type == 'PATH':
+                log.warning(f'Object "{name}": hair of particle system "{system.name}" is not supported yet: left out')
+    if not isinstance(group.data, bpy.types.Mesh):
+        return
+    if group.parent.holdout_get(view_layer=view_layer):
+        log.warning(f'Object "{name}": holdout is not supported yet: it is rendered as an ordinary object')
+    if group.obj.is_shadow_catcher or group.parent.is_shadow_catcher:
+        log.warning(f'Object "{name}": shadow catcher is not supported yet: it is rendered as an ordinary object')
+
+
+def _gas_domain(group: Group) -> bool:
+    return group.data == group.obj.data and any(
+        modifier.type == 'FLUID' and modifier.fluid_type == 'DOMAIN' and modifier.domain_settings.domain_type == 'GAS'
+        for modifier in group.obj.modifiers
+    )

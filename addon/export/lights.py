@@ -1,0 +1,127 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Lamps to arrays, in Blender's units.
+
+Radiance is derived in the native module. Emissive meshes are materials, the world is world.py's.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import bpy
+import numpy as np
+
+from .. import compat
+from ..log import Log
+from .buffers import F32, I32, LIGHT_POINT, LIGHT_SPOT, LIGHT_SUN, Lights
+from .closures import Color
+from .nodes import Trees, node_inputs, output_node
+from .surface import Reader, read_closure
+
+TYPES = {'POINT': LIGHT_POINT, 'SUN': LIGHT_SUN, 'SPOT': LIGHT_SPOT}
+MAX_BOUNCES = 1024  # Cycles' default, where its settings do not exist
+
+
+@dataclass(frozen=True, slots=True)
+class Lamp:
+    """One entry of the Lights arrays, without what differs between the instances of one lamp."""
+
+    name: str
+    type: int
+    strength: Color
+    size: float
+    spot_size: float
+    spot_blend: float
+    soft_falloff: bool
+    normalize: bool
+    cast_shadow: bool
+    use_mis: bool
+    max_bounces: int
+    visibility: int
+    light_group: int
+
+
+def read_lamp(obj: bpy.types.Object, visibility: int, light_group: int, trees: Trees, log: Log) -> Lamp | None:
+    """The lamp of a light object, or None where it gives no light or is of a kind that is not supported yet."""
+    light = obj.data
+    if light.type not in TYPES:
+        log.warning(f'Light "{obj.name}": {light.type.lower()} lights are not supported yet: left out')
+        return None
+    strength = _strength(light, obj.name, trees, log)
+    if not any(strength) or not visibility:
+        return None
+    if not np.isfinite(strength).all():
+        log.warning(f'Light "{obj.name}": its strength is not a finite number: left out')
+        return None
+    spot = light.type == 'SPOT'
+    settings = getattr(light, 'cycles', None)  # absent where the Cycles add-on is disabled
+    return Lamp(
+        name=obj.name,
+        type=TYPES[light.type],
+        strength=strength,
+        size=max(light.angle if light.type == 'SUN' else light.shadow_soft_size, 0.0),
+        spot_size=light.spot_size if spot else 0.0,
+        spot_blend=light.spot_blend if spot else 0.0,
+        soft_falloff=light.type != 'SUN' and light.use_soft_falloff,
+        normalize=light.normalize,
+        cast_shadow=light.use_shadow and getattr(settings, 'cast_shadow', True),
+        use_mis=getattr(settings, 'use_multiple_importance_sampling', True),
+        max_bounces=getattr(settings, 'max_bounces', MAX_BOUNCES),
+        visibility=visibility,
+        light_group=light_group,
+    )
+
+
+def light_arrays(lamps: list[Lamp], transforms: F32, lamp_of: I32, log: Log) -> Lights:
+    """One light for each transform (N, 3, 4), with the properties of its lamp."""
+    usable = _usable(transforms)
+    for index in np.unique(lamp_of[~usable]):
+        log.warning(f'Light "{lamps[index].name}": its transform is not invertible or not finite: left out')
+    lamp_of = lamp_of[usable]
+
+    def column(name: str, dtype: type, *shape: int) -> np.ndarray:
+        values = np.array([getattr(lamp, name) for lamp in lamps], dtype).reshape(len(lamps), *shape)
+        return values[lamp_of]
+
+    return Lights(
+        type=column('type', np.uint32),
+        strength=column('strength', np.float32, 3),
+        transform=np.ascontiguousarray(transforms[usable]),
+        size=column('size', np.float32),
+        spot_size=column('spot_size', np.float32),
+        spot_blend=column('spot_blend', np.float32),
+        soft_falloff=column('soft_falloff', np.uint32),
+        normalize=column('normalize', np.uint32),
+        cast_shadow=column('cast_shadow', np.uint32),
+        use_mis=column('use_mis', np.uint32),
+        max_bounces=column('max_bounces', np.uint32),
+        visibility=column('visibility', np.uint32),
+        light_group=column('light_group', np.int32),
+        names=tuple(lamps[index].name for index in lamp_of),
+    )
+
+
+def _strength(light: bpy.types.Light, name: str, trees: Trees, log: Log) -> Color:
+    """Colour × temperature colour × energy × 2^exposure × the light's node tree."""
+
+    def warn(text: str) -> None:
+        log.warning(f'Light "{name}": {text}')
+
+    color = np.array(light.color, np.float64) * light.energy * 2.0**light.exposure
+    if light.use_temperature:
+        color *= light.temperature_color
+    tree = compat.node_tree(light)
+    if tree is not None:
+        reader = Reader(trees, warn)
+        output = output_node(tree)
+        inputs = node_inputs(output) if output is not None else {}
+        color *= read_closure(reader, inputs.get('Surface')).emission
+        reader.report()
+    return tuple(float(part) for part in color)
+
+
+def _usable(transforms: F32) -> np.ndarray:
+    """Which transforms are finite and invertible: a lamp needs all its axes for its direction and its cone."""
+    finite = np.isfinite(transforms).all(axis=(1, 2))
+    linear = np.where(finite[:, None, None], transforms[:, :, :3], 0.0).astype(np.float64)
+    return finite & (np.linalg.det(linear) != 0.0)

@@ -1,0 +1,148 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Materials to arrays: each material once, each run of material slots once.
+
+How a node tree becomes Principled constants is told in surface.py; which faces use which slot in geometry.py.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import bpy
+import numpy as np
+
+from .. import compat
+from ..log import Log
+from .buffers import U32, Materials
+from .closures import BLACK, Bsdf, Color, diffuse, principled
+from .nodes import Trees, node_inputs, output_node
+from .surface import Reader, read_closure, warn_missing_images
+
+DEFAULT_NAME = 'default material'
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """One entry of the Materials arrays."""
+
+    name: str
+    bsdf: Bsdf = field(default_factory=Bsdf)
+    emission: Color = BLACK
+    alpha: float = 1.0
+    pass_index: int = 0
+    emission_sampling: bool = True
+
+
+@dataclass(slots=True)
+class MaterialTable:
+    """The materials met so far. Row 0 is the default one, which objects without a material show."""
+
+    log: Log
+    trees: Trees
+    rows: list[Row] = field(default_factory=lambda: [Row(DEFAULT_NAME)])
+    slots: list[int] = field(default_factory=list)
+    _index: dict[bpy.types.Material, int] = field(default_factory=dict)
+    _runs: dict[tuple[int, ...], int] = field(default_factory=dict)
+
+    def index(self, material: bpy.types.Material | None) -> int:
+        """The row of a material, read when first met; None (an empty slot, a removed material) is the default one."""
+        if material is None:
+            return 0
+        index = self._index.get(material)
+        if index is None:
+            index = self._index[material] = len(self.rows)
+            self.rows.append(_read(material, self.trees, self.log))
+        return index
+
+    def run(self, indices: tuple[int, ...]) -> int:
+        """Where in `slots` this run of material indices begins; equal runs are stored once."""
+        base = self._runs.get(indices)
+        if base is None:
+            base = self._runs[indices] = len(self.slots)
+            self.slots.extend(indices)
+        return base
+
+
+def slot_materials(
+    obj: bpy.types.Object, data: bpy.types.ID, override: bpy.types.Material | None
+) -> list[bpy.types.Material | None]:
+    """The materials of an object's slots: those of the data, save for slots that are linked to the object."""
+    if override is not None:
+        return [override]
+    materials = list(data.materials)
+    for index, slot in enumerate(obj.material_slots):
+        if slot.link == 'OBJECT':
+            materials.extend([None] * (index + 1 - len(materials)))
+            materials[index] = slot.material
+    return materials or [None]
+
+
+def material_arrays(table: MaterialTable) -> tuple[Materials, U32]:
+    """The table as arrays: the materials, and `material_slots`."""
+    rows = table.rows
+    bsdfs = [row.bsdf for row in rows]
+    floats = {
+        'base_color': [bsdf.base_color for bsdf in bsdfs],
+        'metallic': [bsdf.metallic for bsdf in bsdfs],
+        'roughness': [bsdf.roughness for bsdf in bsdfs],
+        'ior': [bsdf.ior for bsdf in bsdfs],
+        'specular_level': [bsdf.specular_level for bsdf in bsdfs],
+        'specular_tint': [bsdf.specular_tint for bsdf in bsdfs],
+        'emission': [row.emission for row in rows],
+        'alpha': [row.alpha for row in rows],
+    }
+    arrays = {name: np.array(values, np.float32) for name, values in floats.items()}
+    for name, values in arrays.items():
+        _replace_not_finite(name, values, rows, table.log)
+    materials = Materials(
+        **arrays,
+        multi_ggx=np.array([bsdf.multi_ggx for bsdf in bsdfs], np.uint32),
+        pass_index=np.array([row.pass_index for row in rows], np.int32),
+        emission_sampling=np.array([row.emission_sampling for row in rows], np.uint32),
+        names=tuple(row.name for row in rows),
+    )
+    return materials, np.array(table.slots, np.uint32)
+
+
+def _read(material: bpy.types.Material, trees: Trees, log: Log) -> Row:
+    def warn(text: str) -> None:
+        log.warning(f'Material "{material.name}": {text}')
+
+    tree = compat.node_tree(material)
+    if tree is None:
+        # As Cycles: the colour of the viewport, diffuse.
+        bsdf, emission, alpha = diffuse(tuple(material.diffuse_color)[:3]), BLACK, 1.0
+    else:
+        bsdf, emission, alpha = _read_tree(tree, trees, warn)
+    settings = getattr(material, 'cycles', None)  # absent where the Cycles add-on is disabled
+    sampled = getattr(settings, 'emission_sampling', 'AUTO') != 'NONE'
+    return Row(material.name, bsdf, emission, alpha, material.pass_index, sampled)
+
+
+def _read_tree(tree: bpy.types.NodeTree, trees: Trees, warn: Callable[[str], None]) -> tuple[Bsdf, Color, float]:
+    output = output_node(tree)
+    inputs = node_inputs(output) if output is not None else {}
+    reader = Reader(trees, warn)
+    front = principled(read_closure(reader, inputs.get('Surface')), warn)
+    for name in ('Volume', 'Displacement'):
+        reader.leave_out_linked(inputs, name)
+    reader.report()
+    warn_missing_images(tree, warn)
+    if reader.asks_side:
+        back = Reader(trees, _silent, back=1.0)
+        if principled(read_closure(back, inputs['Surface']), _silent) != front:
+            warn('back faces that differ from front faces are not supported yet: they are rendered alike')
+    return front
+
+
+def _silent(text: str) -> None:
+    """Messages about back faces: what they share with the front has been told."""
+
+
+def _replace_not_finite(name: str, values: np.ndarray, rows: list[Row], log: Log) -> None:
+    """A driver can set a socket to NaN or infinity: use the default material's value there."""
+    bad = ~np.isfinite(values).reshape(len(rows), -1).all(axis=1)
+    for index in np.flatnonzero(bad):
+        log.warning(f'Material "{rows[index].name}": {name} is not a finite number; the default is used')
+    values[bad] = values[0]
