@@ -18,7 +18,7 @@ import bpy
 from . import export, native, passes, settings, stats, watch
 from .export.buffers import RenderSettings, SceneBuffers
 from .log import Cancelled, Log
-from .reporter import Reporter
+from .reporter import Reporter, position_in_frame
 
 POLL_SECONDS = 0.05
 
@@ -54,7 +54,7 @@ def render_view_layer(engine: bpy.types.RenderEngine, depsgraph: bpy.types.Depsg
         except Cancelled:
             job.stats.interrupted = True
             if not engine.test_break():  # else Blender stopped it itself, and knows
-                if not job.has_pixels:
+                if not job.frame_has_pixels():
                     error = 'Stopped before anything was rendered'
                 elif interrupt.is_set():
                     error = 'Interrupted by Ctrl-C; the render result holds what was rendered until then'
@@ -96,22 +96,29 @@ class RenderJob:
         self.log = log
         self.scene = depsgraph.scene_eval
         self.layer = depsgraph.view_layer_eval
-        self.has_pixels = False
         self.result: bpy.types.RenderResult | None = None
         self.start = time.perf_counter()
         self.memory = stats.MemoryMeter()
         self.stats = stats.LayerStats(self.layer.name, self.scene.frame_current)
-        self.reporter = Reporter(engine, self.scene, self.layer, self.memory)
+        self.reporter = Reporter(engine, depsgraph.scene, self.layer, self.memory)
 
     def begin(self) -> None:
         """Open the render result; its size is the border's where a border is rendered."""
         engine = self.engine
+        if position_in_frame(self.depsgraph.scene, self.layer)[0] == 0:
+            stats.clear(self.scene.name)
         self.result = engine.begin_result(0, 0, engine.resolution_x, engine.resolution_y, layer=self.layer.name)
         if self.result is None or len(self.result.layers) == 0:
             raise RenderError(f'Blender gave no render result for view layer "{self.layer.name}"')
 
+    def frame_has_pixels(self) -> bool:
+        """Whether anything of this frame is rendered, in this view layer or in one before."""
+        return any(entry.progress > 0.0 for entry in [*stats.last(self.scene.name), self.stats])
+
     def run(self) -> None:
-        """Export, build and render; raises Cancelled when the user stops it."""
+        """Export, build and render; raises Cancelled when the user stops it, or stopped an earlier layer."""
+        if any(entry.interrupted for entry in stats.last(self.scene.name)):
+            raise Cancelled
         module = native.load()
         embree = native.embree_library()
         settings.warn_left_out(self.scene, self.layer, self.log)
@@ -171,7 +178,6 @@ class RenderJob:
                 next_picture = now + cost + max(pause, PICTURE_COST * cost)
                 pause = min(pause * PICTURE_GROWTH, PICTURE_SECONDS_MAX)
         passes.write(session, self.result, sources, render_settings.samples, exposure)
-        self.has_pixels = session.progress() > 0.0
         self.reporter.rendering(session, render_settings.samples, last=True)
         if session.progress() < 1.0:
             self.log.checkpoint()

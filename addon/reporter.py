@@ -34,10 +34,7 @@ class Reporter:
         self._memory = memory
         self._layer = view_layer.name
         self._title = f'{scene.name}, {view_layer.name}'
-        names = [layer.name for layer in scene.view_layers if layer.use]
-        single = scene.render.use_single_layer or view_layer.name not in names
-        self._position = 0 if single else names.index(view_layer.name)
-        self._count = 1 if single else len(names)
+        self._position, self._count = position_in_frame(scene, view_layer)
         self._began = time.perf_counter()
         self._next_watcher = self._next_window = 0.0
 
@@ -81,3 +78,14 @@ def clock(seconds: float) -> str:
     minutes, rest = divmod(max(0.0, seconds), 60.0)
     hours, minutes = divmod(int(minutes), 60)
     return f'{hours}:{minutes:02d}:{rest:05.2f}' if hours else f'{minutes:02d}:{rest:05.2f}'
+
+
+def position_in_frame(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer) -> tuple[int, int]:
+    """Which of how many view layers of the frame this one is, counted from 0.
+
+    scene: the original one; the evaluated scene has a single view layer.
+    """
+    names = [layer.name for layer in scene.view_layers if layer.use]
+    if scene.render.use_single_layer or view_layer.name not in names:
+        return 0, 1
+    return names.index(view_layer.name), len(names)

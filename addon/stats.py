@@ -18,9 +18,9 @@ from .export.buffers import RenderSettings
 class LayerStats:
     """One view layer of one frame, in seconds and bytes.
 
-    samples was asked for, samples_done is what every pixel has. memory_peak_bytes is the process's so far,
-    memory_above_bytes what this render added to memory_before_bytes at most. `scene` and `session` are the rest of
-    what the native module counted.
+    samples was asked for, samples_done is what every pixel has, progress the part of the work that is done.
+    memory_peak_bytes is the process's so far, memory_above_bytes what this render added to memory_before_bytes at
+    most. `scene` and `session` are the rest of what the native module counted.
     """
 
     layer: str
@@ -33,6 +33,7 @@ class LayerStats:
     seed: int = 0
     samples: int = 0
     samples_done: int = 0
+    progress: float = 0.0
     sync_seconds: float = 0.0
     build_seconds: float = 0.0
     render_seconds: float = 0.0
@@ -62,6 +63,7 @@ class LayerStats:
         """What the native session counted."""
         counted = dict(session.stats())
         self.samples_done = session.samples_done()
+        self.progress = session.progress()
         self.render_seconds = counted.pop('render_seconds')
         self.rays = dict(counted.pop('rays'))
         self.features = list(counted.pop('features'))
@@ -70,7 +72,7 @@ class LayerStats:
 
     def measure(self, memory: MemoryMeter) -> None:
         self.memory_before_bytes = memory.before
-        self.memory_peak_bytes = memory_peak()
+        self.memory_peak_bytes = max(memory_peak(), memory.peak())
         self.memory_above_bytes = memory.above()
 
 
@@ -78,9 +80,8 @@ _last: dict[str, list[LayerStats]] = {}
 
 
 def record(scene_name: str, stats: LayerStats) -> None:
-    """Keep the figures of a layer; those of an earlier frame or of an earlier render of the frame go."""
-    kept = [entry for entry in _last.get(scene_name, []) if entry.frame == stats.frame and entry.layer != stats.layer]
-    _last[scene_name] = [*kept, stats]
+    """Keep the figures of a layer beside those of the frame's earlier layers."""
+    _last.setdefault(scene_name, []).append(stats)
 
 
 def last(scene_name: str) -> list[LayerStats]:
@@ -89,6 +90,7 @@ def last(scene_name: str) -> list[LayerStats]:
 
 
 def clear(scene_name: str) -> None:
+    """A frame begins: forget the one before."""
     _last.pop(scene_name, None)
 
 

@@ -1,0 +1,107 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A stand-in for `cotorra_native` that renders nothing: it takes as long as it is told and fails where it is told.
+
+For tests of what the engine does around a render; no test of an image may use it.
+"""
+
+from __future__ import annotations
+
+import os
+import threading
+import time
+
+import numpy as np
+
+# Knobs; a test of a subprocess sets them through the environment: COTORRA_FAKE="fail_in=render build_seconds=5".
+fail_in = ''  # 'scene', 'session', 'render' or 'read'
+build_seconds = 0.0
+sample_seconds = 0.0
+value = 0.5
+
+reads: list[str] = []
+cancelled_after: list[float] = []
+
+
+class Cancelled(Exception):
+    pass
+
+
+def configure(text: str) -> None:
+    for item in text.split():
+        name, _, setting = item.partition('=')
+        globals()[name] = type(globals()[name])(setting)
+
+
+class Scene:
+    def __init__(self, buffers, threads=0, embree='', should_cancel=None):
+        assert embree, 'the engine must name an Embree library'
+        if fail_in == 'scene':
+            raise ValueError('positions[3] = nan')
+        end = time.perf_counter() + build_seconds
+        while time.perf_counter() < end:
+            time.sleep(0.01)
+            if should_cancel is not None and should_cancel():
+                raise Cancelled
+
+    def stats(self):
+        return {'build_seconds': build_seconds, 'memory_bytes': 0, 'triangles': 0}
+
+
+class Session:
+    def __init__(self, scene, camera, settings):
+        if fail_in == 'session':
+            raise RuntimeError('no session today')
+        self.camera, self.settings = camera, settings
+        self._stop = threading.Event()
+        self._stop_time = 0.0
+        self._samples = 0
+        self._thread = threading.Thread(target=self._work, daemon=True)
+
+    def _work(self):
+        while self._samples < self.settings.samples and not self._stop.is_set():
+            self._stop.wait(sample_seconds)
+            if not self._stop.is_set():
+                self._samples += 1
+
+    def start(self):
+        self._thread.start()
+
+    def wait(self, seconds):
+        if fail_in == 'render':
+            raise RuntimeError('a worker failed')
+        self._thread.join(seconds)
+        return not self._thread.is_alive()
+
+    def cancel(self):
+        if not self._stop.is_set():
+            self._stop_time = time.perf_counter()
+        self._stop.set()
+
+    def progress(self):
+        return self._samples / self.settings.samples
+
+    def samples_done(self):
+        return self._samples
+
+    def read(self, name, out):
+        if fail_in == 'read':
+            raise RuntimeError(f'pass {name} cannot be read')
+        assert out.dtype == np.float32 and out.flags.c_contiguous
+        assert out.shape[:2] == self.camera.region[:1:-1], (out.shape, self.camera.region)
+        reads.append(name)
+        out[...] = self._samples if name == 'sample_count' else value
+        # The lower left pixel is darker, so that a picture upside down is seen.
+        out[0, 0] = 0.0
+
+    def stats(self):
+        return {
+            'render_seconds': 0.0,
+            'rays': {'camera': 0, 'shadow': 0, 'bounce': 0},
+            'samples': self._samples,
+            'memory_bytes': 0,
+            'features': ['fake'],
+            'left_out': [],
+        }
+
+
+configure(os.environ.get('COTORRA_FAKE', ''))
