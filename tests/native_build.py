@@ -23,7 +23,9 @@ WARNINGS = ('-Wall', '-Wextra', '-Wconversion', '-Wdouble-promotion', '-Werror')
 # Contraction to fused multiply-add would give the CPU other bits than the order of operations that a kernel states.
 FLAGS = ('-std=c++20', '-O2', '-g', '-ffp-contract=off', *WARNINGS)
 SANITIZERS = ('-fsanitize=address,undefined', '-fno-sanitize-recover=all', '-fno-omit-frame-pointer')
-INCLUDES = tuple(f'-I{ROOT / folder}' for folder in ('kernels', 'native', 'tests/native'))
+# For includes in quotes only: kernels/math.h must not stand in for the C library's.
+FOLDERS = tuple(ROOT / folder for folder in ('kernels', 'native', 'tests/native'))
+INCLUDES = tuple(f'-iquote{folder}' for folder in FOLDERS)
 
 _INCLUDE = re.compile(r'^\s*#\s*include\s*"([^"]+)"', re.MULTILINE)
 
@@ -45,7 +47,7 @@ def included(source: Path, seen: dict[Path, bytes] | None = None) -> dict[Path, 
         return seen
     seen[source] = source.read_bytes()
     for name in _INCLUDE.findall(seen[source].decode()):
-        for folder in (source.parent, *(Path(flag[2:]) for flag in INCLUDES)):
+        for folder in (source.parent, *FOLDERS):
             if (folder / name).is_file():
                 included(folder / name, seen)
                 break
@@ -71,7 +73,7 @@ def _compile(name: str, suffix: str, sources: Iterable[Path | str], flags: Seque
     result = subprocess.run(
         [*command, *flags, *map(str, paths), '-o', str(partial), '-ldl', '-pthread'], capture_output=True, text=True
     )
-    assert result.returncode == 0, f'{name} does not compile:\n{result.stderr}'
+    assert result.returncode == 0, f'{name} does not compile:\n{result.stderr[:4000]}'
     partial.replace(target)
     return target
 

@@ -1,0 +1,217 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The table of kernel functions that CPU and Vulkan must agree on, continued: materials and the stages of a path.
+
+What needs no material stands in kernel_cases.py.
+"""
+
+from __future__ import annotations
+
+from kernel_cases import COLOR, DIRECTION, NORMAL, POINT, ROUNDING, SPOT_EDGE, SQUARE, SURFACE, UINT, UNIT
+from kernel_inputs import (
+    LIGHTS,
+    choices,
+    directions,
+    integers,
+    magnitudes,
+    materials,
+    paths,
+    records,
+    uniform,
+)
+from kernel_parity import Case, Tolerance
+
+COSINE = ('float', uniform(1e-3, 1.0))
+ALPHA2 = ('float', magnitudes(1e-9, 1.0))
+ETA = ('float', choices(0.5, 0.8, 1.0, 1.33, 1.5, 2.4))
+MATERIAL = ('Material', materials())
+ROUGH = ('Material', materials(0.2))
+PATH = ('PathState', paths)
+WO = ('vec3', directions())
+LAMP = ('uint', integers(LIGHTS))
+INTEGRATOR = (
+    'IntegratorData',
+    records(
+        'IntegratorData',
+        max_bounces=integers(5),
+        diffuse_bounces=integers(5),
+        glossy_bounces=integers(5),
+        roulette_start=integers(4),
+    ),
+)
+HALF_VECTOR = Tolerance(
+    64, 'a half vector at the rim of the disk is a difference: rounding of the viewer grows', absolute=1e-3, typical=16
+)
+GRAZING = Tolerance(
+    8192, 'as the half vector, over a cosine that goes to 0 where the direction grazes the surface', typical=64
+)
+SHARP = Tolerance(
+    1 << 17, "as above, and over alpha squared in a sharp lobe's distribution: 0.8 % at worst", typical=64
+)
+# Toward the side of the surface that the light transport would be on.
+FACING = 'vec3 o = dot(s.ng, wo) < 0.0f ? -wo : wo; Bsdf bsdf; bsdf_prepare(scene, material, s.n, o, bsdf); '
+
+MICROFACET = [
+    Case(
+        'microfacet_terms',
+        'd = D_GGX(xy2, h2, alpha2); so = S_SmithGGX(no, alpha2); si = S_SmithGGX(ni, alpha2);'
+        'v = V_SmithGGXCorrelated(no, so, ni, si); visible = V_SmithGGXVisible(no, so);',
+        {'xy2': UNIT, 'h2': ('float', uniform(1.0, 4.0)), 'alpha2': ALPHA2, 'no': COSINE, 'ni': COSINE},
+        {'d': 'float', 'so': 'float', 'si': 'float', 'v': 'float', 'visible': 'float'},
+    ),
+    Case(
+        'fresnel',
+        'a = F0_from_ior(eta); b = ior_from_F0(c); d = F_Dielectric(c, c * c, eta); e = F_DielectricAverage(eta);'
+        'w = F_SchlickWeight(c);',
+        {'c': COSINE, 'eta': ETA},
+        {'a': 'float', 'b': 'float', 'd': 'float', 'e': 'float', 'w': 'float'},
+    ),
+    Case(
+        'fresnel_metal',
+        'edge = F_Schlick82Edge(f0, tint); f = F_Schlick82(f0, range, edge, c); mean = F_Schlick82Average(f0, edge);',
+        {'f0': COLOR, 'range': COLOR, 'tint': COLOR, 'c': COSINE},
+        {'edge': 'vec3', 'f': 'vec3', 'mean': 'vec3'},
+        tolerances={'mean': ROUNDING},
+    ),
+    Case(
+        'visible_normals',
+        'h = half_vector_GGX(o, alpha, S_SmithGGX(o.z, alpha * alpha), disk_from_square(u));',
+        {'o': ('vec3', directions(upper=True)), 'alpha': ('float', magnitudes(1e-4, 1.0)), 'u': SQUARE},
+        {'h': 'vec3'},
+        HALF_VECTOR,
+    ),
+    Case(
+        'albedo_tables',
+        'axis = albedo_ior_axis(eta); cell = albedo_cell(mu, 16u, t); row = albedo_row(scene.albedo, cell, t);'
+        'slice = albedo_fresnel_slice(scene.albedo, cell, t, t);'
+        'e = albedo_reflectance(scene.albedo, roughness, mu, mean);'
+        'metal = albedo_schlick(scene.albedo, roughness, mu);'
+        'dielectric = albedo_dielectric(scene.albedo, roughness, mu, eta);',
+        {'roughness': UNIT, 'mu': UNIT, 'eta': ETA},
+        {'axis': 'float', 'cell': 'uint', 't': 'float', 'row': 'float', 'slice': 'float', 'e': 'float', 'mean': 'float'}
+        | {'metal': 'float', 'dielectric': 'float'},
+        scene=True,
+    ),
+]
+
+MATERIALS = [
+    Case(
+        'principled',
+        'eta = principled_eta(material, f0); metal = principled_metal(material, rest);'
+        'flags = principled_flags(material);'
+        'Multiscatter m; m.single = 0.5f + 0.5f * u.x; m.missing = 1.0f / m.single - 1.0f; m.mean = 0.5f + 0.5f * u.y;'
+        'scale = multiscatter_scale(m, material.base_color);',
+        {'material': MATERIAL, 'u': SQUARE},
+        {'eta': 'float', 'f0': 'float', 'metal': 'float', 'rest': 'float', 'flags': 'uint', 'scale': 'vec3'},
+        tolerances={'scale': ROUNDING},
+    ),
+    Case(
+        'bsdf_preparation',
+        'albedo = bsdf_prepare_albedo(scene, material, n, wo, full); bsdf_prepare(scene, material, n, wo, bsdf);'
+        'cleared = full; bsdf_clear_glossy(cleared); glossy = full; left = 0.5f;'
+        'Multiscatter m; m.single = 0.5f; m.missing = 1.0f; m.mean = 0.6f; part = full;'
+        'metal = bsdf_prepare_metal(scene, material, m, 0.3f, part);'
+        'coating = bsdf_prepare_coating(scene, material, m, 0.4f, 1.4f, 0.04f, part);'
+        'glossy_albedo = bsdf_prepare_glossy(scene, material, 0.25f, left, glossy);',
+        {'material': MATERIAL, 'n': NORMAL, 'wo': WO},
+        {'albedo': 'vec3', 'full': 'Bsdf', 'bsdf': 'Bsdf', 'cleared': 'Bsdf', 'glossy': 'Bsdf', 'glossy_albedo': 'vec3'}
+        | {'left': 'float', 'part': 'Bsdf', 'metal': 'vec3', 'coating': 'vec3'},
+        ROUNDING,
+        scene=True,
+    ),
+    Case(
+        'bsdf_evaluation',
+        'Bsdf bsdf; bsdf_prepare(scene, material, n, wo, bsdf); fresnel = bsdf_fresnel(bsdf, c, c * c);'
+        'pdf_glossy = 0.25f; alone = bsdf_eval_glossy(bsdf, c, 1.5f, 0.1f, c * c, pdf_glossy);'
+        'diffuse = bsdf_eval_lobes(bsdf, wo, wi, glossy, pdf_lobes); f = bsdf_eval(bsdf, wo, wi, pdf);',
+        {'material': MATERIAL, 'n': NORMAL, 'wo': WO, 'wi': DIRECTION, 'c': COSINE},
+        {
+            'alone': 'vec3',
+            'pdf_glossy': 'float',
+            'fresnel': 'vec3',
+            'diffuse': 'vec3',
+            'glossy': 'vec3',
+            'pdf_lobes': 'float',
+            'f': 'vec3',
+            'pdf': 'float',
+        },
+        ROUNDING,
+        scene=True,
+    ),
+    *(
+        Case(
+            name,
+            'Bsdf bsdf; bsdf_prepare(scene, material, n, wo, bsdf); half_vector = bsdf_sample_half_vector(bsdf, wo, u);'
+            'bsdf_sample(bsdf, wo, u_lobe, u, drawn);',
+            {'material': material, 'n': NORMAL, 'wo': WO, 'u_lobe': UNIT, 'u': SQUARE},
+            {'drawn': 'BsdfSample', 'half_vector': 'vec3'},
+            HALF_VECTOR,
+            {'drawn.pdf': tolerance, 'drawn.weight': tolerance},
+            scene=True,
+        )
+        for name, material, tolerance in (
+            ('bsdf_sampling', ROUGH, GRAZING),
+            ('bsdf_sampling_sharp', MATERIAL, SHARP),
+        )
+    ),
+]
+
+STAGES = [
+    Case(
+        'path_starts',
+        'pair = vertex_pair(bounce, number); path_begin(bits, path); weight = found_weight(state, pdf);'
+        'last = select(path_is_last(integrator, state), 1u, 0u);',
+        {'bounce': ('uint', integers(100)), 'number': ('uint', integers(256)), 'bits': UINT, 'state': PATH}
+        | {'pdf': ('float', magnitudes(1e-3, 1e3)), 'integrator': INTEGRATOR},
+        {'pair': 'uint', 'path': 'PathState', 'weight': 'float', 'last': 'uint'},
+    ),
+    Case(
+        'path_finds',
+        'light = path_meet_light(scene, lamp, path, p, d, t_max, group); sky = path_escape(scene, path);'
+        'glow = path_emission(scene, path, s, material, d, t_max);',
+        {'lamp': LAMP, 'path': PATH, 'p': POINT, 'd': DIRECTION, 't_max': ('float', magnitudes(0.1, 100.0))}
+        | {'s': SURFACE, 'material': MATERIAL},
+        {'light': 'vec3', 'group': 'int', 'sky': 'vec3', 'glow': 'vec3'},
+        scene=True,
+    ),
+    Case(
+        'shadow_origins',
+        'amount = terminator_amount(cutoff, a, b); origin = shadow_ray_origin(scene, s, wi);',
+        {'cutoff': ('float', choices(0.05, 0.1, 0.5)), 'a': UNIT, 'b': UNIT, 's': SURFACE, 'wi': DIRECTION},
+        {'amount': 'float', 'origin': 'vec3'},
+        scene=True,
+    ),
+    Case(
+        'light_stage',
+        FACING + 'seen = visible_bsdf(bsdf, o, wi, mask, pdf);'
+        'lit = select(path_sample_light(scene, lamp, path, s, bsdf, o, u, 2.0f, ray), 1u, 0u);'
+        'importance = light_importance(scene, lamp, s); pick = path_pick_light(scene, s, u.x, scale);',
+        {'material': MATERIAL, 's': SURFACE, 'wo': WO, 'wi': DIRECTION, 'mask': ('uint', integers(64)), 'lamp': LAMP}
+        | {'path': PATH, 'u': SQUARE},
+        {'seen': 'vec3', 'pdf': 'float', 'lit': 'uint', 'ray': 'ShadowRay', 'importance': 'float', 'pick': 'uint'}
+        | {'scale': 'float'},
+        ROUNDING,
+        {'ray.contribution': SPOT_EDGE},
+        scene=True,
+    ),
+    Case(
+        'emitter_stage',
+        FACING + 'lit = select(path_sample_emitter(scene, path, s, bsdf, o, pick, u, ray), 1u, 0u);',
+        {'material': MATERIAL, 's': SURFACE, 'wo': WO, 'path': PATH, 'pick': UNIT, 'u': SQUARE},
+        {'lit': 'uint', 'ray': 'ShadowRay'},
+        ROUNDING,
+        scene=True,
+    ),
+    Case(
+        'bounce_stage',
+        FACING
+        + 'next = state; goes_on = select(path_bounce(integrator, next, s, bsdf, o, u, choice, origin, d), 1u, 0u);',
+        {'integrator': INTEGRATOR, 'state': PATH, 's': SURFACE, 'material': ROUGH, 'wo': WO, 'u': SQUARE}
+        | {'choice': SQUARE},
+        {'goes_on': 'uint', 'next': 'PathState', 'origin': 'vec3', 'd': 'vec3'},
+        HALF_VECTOR,
+        {'next.pdf': GRAZING, 'next.throughput': GRAZING},
+        scene=True,
+    ),
+]
+
+CASES = [*MICROFACET, *MATERIALS, *STAGES]

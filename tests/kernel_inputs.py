@@ -1,0 +1,264 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Random inputs for kernel functions, and a small scene with one of each thing that a kernel meets.
+
+Values stay within what the exporter may hand over; what it must refuse is tested with the exporter.
+"""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+
+from kernel_parity import Draw, Scene
+from kernel_source import constants, dtype_of
+
+# ---- Domains: each returns a function that draws n values
+
+
+def integers(high: int = 1 << 32) -> Draw:
+    """Whole numbers below `high`; 0 and the largest come first."""
+
+    def draw(rng: np.random.Generator, n: int) -> np.ndarray:
+        values = rng.integers(0, high, n, dtype=np.uint64).astype(np.uint32)
+        values[:2] = 0, high - 1
+        return values
+
+    return draw
+
+
+def uniform(low: float = 0.0, high: float = 1.0) -> Draw:
+    """Numbers of [low, high), the ends (the upper one just below) first."""
+
+    def draw(rng: np.random.Generator, n: int) -> np.ndarray:
+        values = rng.uniform(low, high, n).astype(np.float32)
+        values[:2] = low, np.nextafter(np.float32(high), np.float32(low))
+        return np.clip(values, values[0], values[1])
+
+    return draw
+
+
+def magnitudes(low: float, high: float) -> Draw:
+    """Positive numbers of all magnitudes from low to high."""
+    return lambda rng, n: np.exp(rng.uniform(np.log(low), np.log(high), n)).astype(np.float32)
+
+
+def choices(*values: float) -> Draw:
+    return lambda rng, n: rng.choice(np.array(values), n)
+
+
+def vectors(draw: Draw, size: int = 3) -> Draw:
+    """Vectors of independent components."""
+    return lambda rng, n: np.stack([draw(rng, n) for _ in range(size)], axis=-1)
+
+
+def directions(upper: bool = False) -> Draw:
+    """Unit vectors, the axes first; with `upper`, those with z above 0."""
+
+    def draw(rng: np.random.Generator, n: int) -> np.ndarray:
+        values = rng.normal(size=(n, 3))
+        values[:6] = np.concatenate([np.eye(3), -np.eye(3)])
+        if upper:
+            values[:, 2] = np.abs(values[:, 2]) + 1e-3
+        return (values / np.linalg.norm(values, axis=1, keepdims=True)).astype(np.float32)
+
+    return draw
+
+
+def points(scale: float = 3.0) -> Draw:
+    return lambda rng, n: rng.normal(scale=scale, size=(n, 3)).astype(np.float32)
+
+
+def colors(high: float = 1.0) -> Draw:
+    return vectors(uniform(0.0, high))
+
+
+def records(kind: str, /, **members: Draw) -> Draw:
+    """Records of a kernel type; members that are not named are 0."""
+
+    def draw(rng: np.random.Generator, n: int) -> np.ndarray:
+        values = np.zeros(n, dtype_of(kind))
+        for name, member in members.items():
+            values[name] = member(rng, n)
+        return values
+
+    return draw
+
+
+def materials(least_roughness: float = 0.0) -> Draw:
+    """Materials over all sockets, with the ends of each range among them."""
+    return records(
+        'Material',
+        base_color=colors(),
+        metallic=choices(0.0, 0.0, 0.3, 1.0),
+        specular_tint=colors(),
+        roughness=uniform(least_roughness, 1.0),
+        emission=colors(5.0),
+        ior=choices(1.0, 1.33, 1.45, 1.5, 2.4, 0.8),
+        specular_level=choices(0.5, 0.5, 0.0, 1.0, 0.2),
+        alpha=uniform(),
+        flags=integers(64),
+        pass_index=integers(100),
+    )
+
+
+def lights(rng: np.random.Generator, n: int) -> np.ndarray:
+    """Lamps of each type, with and without a size; rotations are orthonormal frames as the exporter writes them."""
+    known = constants()
+    values = records(
+        'Light',
+        position=points(),
+        axis=directions(),
+        radiance=colors(20.0),
+        type=choices(known['LIGHT_POINT'], known['LIGHT_SUN'], known['LIGHT_SPOT']),
+        flags=integers(8),
+        visibility=integers(64),
+        group=integers(3),
+        max_bounces=integers(4),
+        name_index=integers(9),
+        cos_spot=uniform(0.0, 0.95),
+        spot_scale=magnitudes(1.0, 1e3),
+    )(rng, n)
+    sun = values['type'] == known['LIGHT_SUN']
+    sized = rng.random(n) < 0.7
+    # A sun's `radius` is 1 - cos(angle / 2).
+    values['radius'] = sized * np.where(sun, rng.uniform(1e-5, 0.1, n), rng.uniform(0.01, 1.0, n))
+    values['cos_sun'] = np.where(sun, 1.0 - values['radius'], 0.0)
+    local_z = -values['axis']
+    helper = np.where(np.abs(local_z[:, 2:]) < 0.9, [[0.0, 0.0, 1.0]], [[1.0, 0.0, 0.0]])
+    local_x = np.cross(helper, local_z)
+    local_x /= np.linalg.norm(local_x, axis=1, keepdims=True)
+    values['local_x'], values['local_y'], values['local_z'] = local_x, np.cross(local_z, local_x), local_z
+    return values
+
+
+# ---- The scene
+
+MESHES, TRIANGLES, INSTANCES, EMITTERS, LIGHTS, MATERIALS = 4, 12, 5, 7, 6, 5
+
+
+def _frames(rng: np.random.Generator, n: int) -> np.ndarray:
+    """Invertible 3x3 matrices, some of them mirroring."""
+    return np.linalg.qr(rng.normal(size=(n, 3, 3)))[0] * rng.uniform(0.5, 2.0, (n, 1, 3))
+
+
+def _mesh_arrays(rng: np.random.Generator) -> dict[str, np.ndarray]:
+    vertices = TRIANGLES + 2
+    normals = directions()(rng, 3 * TRIANGLES)
+    return {
+        'positions': points(1.0)(rng, vertices),
+        'triangles': np.stack([rng.permutation(vertices)[:3] for _ in range(TRIANGLES)]).astype(np.uint32),
+        'corners': np.arange(3 * TRIANGLES, dtype=np.uint32).reshape(-1, 3),
+        'normals': normals,
+        'uv': rng.random((3 * TRIANGLES, 2), np.float32),
+        'slots': rng.integers(0, 4, TRIANGLES).astype(np.uint32),
+    }
+
+
+@cache
+def scene() -> Scene:
+    """A scene of a few meshes, objects, materials, lamps and emitters; its geometry is noise, not a picture."""
+    known = constants()
+    rng = np.random.default_rng(1)
+    meshes = np.zeros(MESHES, dtype_of('Mesh'))
+    smooth = (0, known['MESH_SMOOTH_VERTEX'], known['MESH_SMOOTH_CORNER'], known['MESH_SMOOTH_CORNER'])
+    meshes['flags'] = np.array(smooth) | np.array((0, known['MESH_HAS_UV'], known['MESH_HAS_SLOTS'], 0))
+    meshes['flags'][3] |= known['MESH_HAS_UV'] | known['MESH_HAS_SLOTS'] | known['MESH_MIRRORED']
+    meshes['triangle_count'] = TRIANGLES
+    nested = [(mesh, name, array) for mesh in range(MESHES) for name, array in _mesh_arrays(rng).items()]
+
+    instances = np.zeros(INSTANCES, dtype_of('Instance'))
+    frames = _frames(rng, INSTANCES)
+    frames[0] = np.eye(3)
+    inverse = np.linalg.inv(frames)
+    for column, axis in enumerate('xyz'):
+        instances[f'{axis}_axis'] = frames[:, :, column]
+        instances[f'normal_{axis}'] = inverse[:, column, :]
+    instances['origin'][1:] = points()(rng, INSTANCES - 1)
+    instances['mesh'] = np.arange(INSTANCES) % MESHES
+    instances['material_base'] = np.arange(INSTANCES)
+    instances['material_count'] = 3
+    instances['visibility'] = known['VISIBLE_ALL']
+    instances['flags'][0] = known['INSTANCE_IDENTITY']
+    instances['flags'] |= (rng.integers(0, 1 << 16, INSTANCES) << known['INSTANCE_TERMINATOR_SHIFT']).astype(np.uint32)
+
+    emitters = np.zeros(EMITTERS, dtype_of('Emitter'))
+    for name in ('v0', 'edge1', 'edge2'):
+        emitters[name] = points(1.0)(rng, EMITTERS)
+    normals = np.cross(emitters['edge1'], emitters['edge2'])
+    lengths = np.linalg.norm(normals, axis=1)
+    emitters['normal'], emitters['area'] = normals / lengths[:, None], 0.5 * lengths
+    emitters['radiance'] = rng.uniform(0.5, 8.0, (EMITTERS, 3))
+    emitters['instance'] = rng.integers(0, INSTANCES, EMITTERS)
+    emitters['triangle'] = rng.integers(0, TRIANGLES, EMITTERS)
+    emitters['visibility'] = known['VISIBLE_ALL']
+    power = emitters['area'] * (emitters['radiance'] @ np.array((0.2126, 0.7152, 0.0722), np.float32))
+    emitters['cdf'] = np.cumsum(power) / power.sum()
+
+    data = np.zeros(1, dtype_of('SceneData'))
+    data['light_count'], data['emitter_count'] = LIGHTS, EMITTERS
+    data['instance_count'], data['material_count'] = INSTANCES, MATERIALS
+    data['world'], data['world_visibility'] = (0.2, 0.4, 0.7), known['VISIBLE_ALL']
+    data['emitter_norm'] = 1.0 / power.sum()
+    return Scene(
+        data=data,
+        arrays={
+            'lights': lights(rng, LIGHTS),
+            'materials': materials()(rng, MATERIALS),
+            'material_slots': rng.integers(0, MATERIALS, INSTANCES + 4).astype(np.uint32),
+            'meshes': meshes,
+            'instances': instances,
+            'emitters': emitters,
+            'albedo': rng.uniform(0.4, 1.0, known['ALBEDO_SIZE']).astype(np.float32),
+            'filter_table': np.sort(rng.uniform(-1.0, 1.0, known['FILTER_TABLE_SIZE'])).astype(np.float32),
+        },
+        nested={'meshes': nested},
+    )
+
+
+def hits(rng: np.random.Generator, n: int) -> np.ndarray:
+    """Points on triangles of the scene."""
+    u = rng.random((n, 2)).astype(np.float32)
+    u[u.sum(axis=1) > 1.0] *= 0.5
+    values = records('Hit', t=magnitudes(0.01, 100.0), triangle=integers(TRIANGLES), instance=integers(INSTANCES))(
+        rng, n
+    )
+    values['u'], values['v'] = u[:, 0], u[:, 1]
+    return values
+
+
+def surfaces(rng: np.random.Generator, n: int) -> np.ndarray:
+    """Shading points; the shading normal leans away from the geometric one by up to a third."""
+    values = records(
+        'Surface',
+        p=points(),
+        ng=directions(),
+        epsilon=magnitudes(1e-7, 1e-5),
+        flags=integers(4),
+        terminator=choices(0.0, 0.1, 0.3),
+        material=integers(MATERIALS),
+        instance=integers(INSTANCES),
+        triangle=integers(TRIANGLES),
+    )(rng, n)
+    lean = values['ng'] + 0.3 * directions()(rng, n)
+    values['n'] = lean / np.linalg.norm(lean, axis=1, keepdims=True)
+    u = rng.random((n, 2)).astype(np.float32) * 0.5
+    values['u'], values['v'] = u[:, 0], u[:, 1]
+    return values
+
+
+def paths(rng: np.random.Generator, n: int) -> np.ndarray:
+    """States of paths that are under way."""
+    known = constants()
+    kinds = (known['VISIBLE_CAMERA'], known['VISIBLE_DIFFUSE'], known['VISIBLE_GLOSSY'])
+    return records(
+        'PathState',
+        throughput=colors(2.0),
+        pdf=choices(0.0, 0.1, 1.0, 30.0),
+        normal=directions(),
+        bounce=integers(5),
+        diffuse_bounces=integers(3),
+        glossy_bounces=integers(3),
+        ray_kind=choices(*kinds),
+        random=integers(),
+    )(rng, n)

@@ -1,0 +1,56 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Each kernel function computes on lavapipe (Vulkan) what it computes on the CPU, over random inputs.
+
+Equal images are not the claim: per function, equal bits or a stated tolerance are (tests/kernel_cases.py).
+"""
+
+from __future__ import annotations
+
+import ctypes
+import re
+from pathlib import Path
+
+import pytest
+
+import kernel_cases
+import kernel_cases_path
+import kernel_source as kernels
+from kernel_inputs import scene
+from kernel_parity import Case, build_cpu, differences, run_cpu, run_vulkan
+from vulkan import Runner, open_lavapipe
+
+CASES = [*kernel_cases.CASES, *kernel_cases_path.CASES]
+
+
+@pytest.fixture(scope='module')
+def cpu() -> ctypes.CDLL:
+    return build_cpu(CASES)
+
+
+@pytest.fixture(scope='module')
+def lavapipe() -> Runner:
+    runner = open_lavapipe()
+    if isinstance(runner, str):
+        pytest.skip(runner)
+    return runner
+
+
+@pytest.mark.parametrize('case', CASES, ids=lambda case: case.name)
+def test_same_on_cpu_and_vulkan(case: Case, cpu: ctypes.CDLL, lavapipe: Runner) -> None:
+    inputs = case.draw()
+    found = differences(case, inputs, run_cpu(cpu, case, inputs, scene()), run_vulkan(lavapipe, case, inputs, scene()))
+    assert not found, '\n'.join(found)
+
+
+@pytest.mark.parametrize('header', kernels.HEADERS, ids=lambda path: path.stem)
+def test_every_function_has_a_row(header: Path) -> None:
+    """A function that nobody calls in the table is compared with nothing."""
+    called = {name for case in CASES for name in re.findall(r'(\w+)\(', case.body)}
+    missing = [name for name in kernels.functions(header) if name not in called]
+    assert not missing, f'add rows for these to tests/kernel_cases.py: {", ".join(missing)}'
+
+
+def test_tolerances_have_reasons() -> None:
+    for case in CASES:
+        for tolerance in (case.tolerance, *case.tolerances.values()):
+            assert tolerance.reason
