@@ -21,20 +21,21 @@ const uint BSDF_SINGULAR = 4u;  // a mirror: no light sample can meet it
 const float BSDF_WEIGHT_CUTOFF = 1e-5f;
 
 // The lobes at one shading point, toward one viewer. Metal and dielectric share D and V; only Fresnel differs.
+// Weights are multiplied in, multiple scattering included.
 struct Bsdf {
   vec3 n;  // shading normal
   float p_glossy;  // probability with which bsdf_sample takes the glossy lobe
   vec3 diffuse;  // albedo / pi
   float no;  // dot(n, wo)
-  vec3 metal_f0;
+  vec3 metal_f0;  // F_Schlick82
   float alpha2;
-  vec3 metal_edge;  // F_Schlick82Edge
+  vec3 metal_range;
   float s_o;  // S_SmithGGX of the viewer
-  vec3 metal;  // weight of the metal, multiple scattering included
+  vec3 metal_edge;
   float eta;  // of the dielectric
-  vec3 coating_f0;  // dielectric: weight times the user's F0
+  vec3 coating_f0;  // dielectric: the user's F0
   float fresnel_f0;  // F_Dielectric at normal incidence
-  vec3 coating_f90;  // dielectric: weight times (1 - the user's F0) / (1 - fresnel_f0)
+  vec3 coating_f90;  // dielectric: (1 - the user's F0) / (1 - fresnel_f0)
   uint lobes;  // BSDF_*: what bsdf_eval finds, and BSDF_SINGULAR where only bsdf_sample can
 };
 
@@ -75,63 +76,87 @@ FN uint principled_flags(IN(Material) material) {
   return select(specular, MATERIAL_SPECULAR, 0u) | select(diffuse, MATERIAL_DIFFUSE, 0u);
 }
 
+// The energy that single scattering on a rough surface loses.
+struct Multiscatter {
+  float single;  // albedo of single scattering with F = 1
+  float missing;  // (1 - single) / single
+  float mean;  // mean of `single` over the hemisphere
+};
+
 // Single and multiple scattering over single scattering (Kulla & Conty 2017): 1 + F_ms (1 - E) / E.
-FN vec3 multiscatter_scale(vec3 f_average, float missing, float e_mean) {
-  return vec3(1.0f) + f_average * (e_mean * missing) / (vec3(1.0f) - f_average * (1.0f - e_mean));
+FN vec3 multiscatter_scale(IN(Multiscatter) m, vec3 f_average) {
+  return vec3(1.0f) + f_average * (m.mean * m.missing) / (vec3(1.0f) - f_average * (1.0f - m.mean));
 }
 
-// The glossy lobe is absent until bsdf_prepare_glossy finds one.
-FN void bsdf_clear_glossy(INOUT(Bsdf) bsdf) {
-  bsdf.metal_f0 = vec3(0.0f);
-  bsdf.metal_edge = vec3(0.0f);
-  bsdf.metal = vec3(0.0f);
-  bsdf.coating_f0 = vec3(0.0f);
-  bsdf.coating_f90 = vec3(0.0f);
-  bsdf.alpha2 = 1.0f;
-  bsdf.s_o = 1.0f;
-  bsdf.eta = 1.0f;
-  bsdf.fresnel_f0 = 0.0f;
+// Metal. Returns its albedo.
+FN vec3 bsdf_prepare_metal(IN(SceneData) scene, IN(Material) material, IN(Multiscatter) m, float weight,
+                           INOUT(Bsdf) bsdf) {
+  const vec3 f0 = clamp(material.base_color, vec3(0.0f), vec3(1.0f));
+  const vec3 edge = F_Schlick82Edge(f0, clamp(material.specular_tint, vec3(0.0f), vec3(1.0f)));
+  const vec3 scale = multiscatter_scale(m, F_Schlick82Average(f0, edge)) * weight;
+  bsdf.metal_f0 = scale * f0;
+  bsdf.metal_range = scale - bsdf.metal_f0;
+  bsdf.metal_edge = scale * edge;
+  // Cycles leaves the edge out of the albedo too.
+  const float fresnel = albedo_schlick(scene.albedo, clamp(material.roughness, 0.0f, 1.0f), max(bsdf.no, 0.0f));
+  return (bsdf.metal_f0 + bsdf.metal_range * fresnel) * m.single;
 }
 
-// Metal and dielectric layer. Returns their albedo; `rest` is what lies beside the metal, and on return the part of it
-// that the layer lets through to the base.
+// Dielectric layer: Fresnel's curve runs from the user's F0 to 1 instead of from its own. Returns its albedo for weight
+// 1; what is left of 1 reaches the base.
+FN vec3 bsdf_prepare_coating(IN(SceneData) scene, IN(Material) material, IN(Multiscatter) m, float weight, float eta,
+                             float f0_user, INOUT(Bsdf) bsdf) {
+  bsdf.eta = eta;
+  bsdf.fresnel_f0 = F0_from_ior(eta);
+  const float range = 1.0f / max(1.0f - bsdf.fresnel_f0, 1e-6f);
+  const vec3 f0 = min(max(material.specular_tint, vec3(0.0f)) * f0_user, vec3(1.0f));
+  const float average = clamp((F_DielectricAverage(eta) - bsdf.fresnel_f0) * range, 0.0f, 1.0f);
+  const vec3 scale = multiscatter_scale(m, f0 + (1.0f - f0) * average);
+  const vec3 scale_f0 = scale * f0;
+  const vec3 scale_f90 = scale - scale_f0;
+  bsdf.coating_f0 = scale_f0 * weight;
+  bsdf.coating_f90 = scale_f90 * (weight * range);
+  const float roughness = clamp(material.roughness, 0.0f, 1.0f);
+  const float fresnel = albedo_dielectric(scene.albedo, roughness, max(bsdf.no, 0.0f), eta);
+  return (scale_f0 + scale_f90 * fresnel) * m.single;
+}
+
+// The glossy lobes. Returns their albedo; `rest` is what lies beside the metal, and on return the part of it that the
+// dielectric layer lets through to the base.
 FN vec3 bsdf_prepare_glossy(IN(SceneData) scene, IN(Material) material, float metal, INOUT(float) rest,
                             INOUT(Bsdf) bsdf) {
   const float roughness = clamp(material.roughness, 0.0f, 1.0f);
   const float mu = max(bsdf.no, 0.0f);
   bsdf.alpha2 = max(sqr(sqr(roughness)), MIRROR_ALPHA2);
   bsdf.s_o = S_SmithGGX(mu, bsdf.alpha2);
-
-  // 1. The energy that single scattering loses, as a share of what it keeps.
-  float e_mean;
-  const float e = albedo_reflectance(scene.albedo, roughness, mu, e_mean);
+  Multiscatter m;
+  const float single = albedo_reflectance(scene.albedo, roughness, mu, m.mean);
   const bool multiple = (material.flags & MATERIAL_MULTI_GGX) != 0u;
-  const float missing = select(multiple, (1.0f - e) / e, 0.0f);
-  const float single = 1.0f / (1.0f + missing);
-
-  // 2. Metal.
-  bsdf.metal_f0 = clamp(material.base_color, vec3(0.0f), vec3(1.0f));
-  bsdf.metal_edge = F_Schlick82Edge(bsdf.metal_f0, clamp(material.specular_tint, vec3(0.0f), vec3(1.0f)));
-  bsdf.metal = multiscatter_scale(F_Schlick82Average(bsdf.metal_f0, bsdf.metal_edge), missing, e_mean) * metal;
-  const float metal_fresnel = albedo_schlick(scene.albedo, roughness, mu);
-  vec3 albedo = bsdf.metal * (bsdf.metal_f0 + (1.0f - bsdf.metal_f0) * metal_fresnel) * single;
-
-  // 3. Dielectric: Fresnel's curve runs from the user's F0 to 1 instead of from its own.
+  m.single = select(multiple, single, 1.0f);
+  m.missing = 1.0f / m.single - 1.0f;
+  vec3 albedo = vec3(0.0f);
+  if (metal > 0.0f) albedo = bsdf_prepare_metal(scene, material, m, metal, bsdf);
   float f0_user;
-  bsdf.eta = principled_eta(material, f0_user);
-  bsdf.fresnel_f0 = F0_from_ior(bsdf.eta);
-  const float range = 1.0f / max(1.0f - bsdf.fresnel_f0, 1e-6f);
-  const vec3 f0 = min(max(material.specular_tint, vec3(0.0f)) * f0_user, vec3(1.0f));
-  const float average = clamp((F_DielectricAverage(bsdf.eta) - bsdf.fresnel_f0) * range, 0.0f, 1.0f);
-  const vec3 scale = multiscatter_scale(f0 + (1.0f - f0) * average, missing, e_mean);
-  const float coating = select(bsdf.eta != 1.0f, rest, 0.0f);
-  const float fresnel = albedo_dielectric(scene.albedo, roughness, mu, bsdf.eta);
-  const vec3 coating_albedo = scale * (f0 + (1.0f - f0) * fresnel) * single;
-  bsdf.coating_f0 = scale * f0 * coating;
-  bsdf.coating_f90 = scale * (1.0f - f0) * (coating * range);
-  albedo += coating_albedo * coating;
-  rest -= coating * min(max_component(coating_albedo), 1.0f);
+  const float eta = principled_eta(material, f0_user);
+  if (rest > 0.0f && eta != 1.0f) {
+    const vec3 coating = bsdf_prepare_coating(scene, material, m, rest, eta, f0_user, bsdf);
+    albedo += coating * rest;
+    rest *= 1.0f - min(max_component(coating), 1.0f);
+  }
   return albedo;
+}
+
+// No glossy lobe, until bsdf_prepare_glossy finds one.
+FN void bsdf_clear_glossy(INOUT(Bsdf) bsdf) {
+  bsdf.metal_f0 = vec3(0.0f);
+  bsdf.metal_range = vec3(0.0f);
+  bsdf.metal_edge = vec3(0.0f);
+  bsdf.coating_f0 = vec3(0.0f);
+  bsdf.coating_f90 = vec3(0.0f);
+  bsdf.alpha2 = 1.0f;
+  bsdf.s_o = 1.0f;
+  bsdf.eta = 1.0f;
+  bsdf.fresnel_f0 = 0.0f;
 }
 
 // Prepares the lobes of a material toward wo. `n` is the shading normal on the side of the geometric normal that faces
@@ -165,10 +190,21 @@ FN void bsdf_prepare(IN(SceneData) scene, IN(Material) material, vec3 n, vec3 wo
   bsdf_prepare_albedo(scene, material, n, wo, bsdf);
 }
 
-// Weighted Fresnel term of the glossy lobes; c is the cosine between half vector and viewer.
-FN vec3 bsdf_fresnel(IN(Bsdf) bsdf, float c) {
-  const float dielectric = max(F_Dielectric(c, bsdf.eta) - bsdf.fresnel_f0, 0.0f);
-  return bsdf.metal * F_Schlick82(bsdf.metal_f0, bsdf.metal_edge, c) + bsdf.coating_f0 + bsdf.coating_f90 * dielectric;
+// Fresnel term of the glossy lobes; c is the cosine between half vector and viewer, c2 its square.
+FN vec3 bsdf_fresnel(IN(Bsdf) bsdf, float c, float c2) {
+  const float dielectric = max(F_Dielectric(c, c2, bsdf.eta) - bsdf.fresnel_f0, 0.0f);
+  return F_Schlick82(bsdf.metal_f0, bsdf.metal_range, bsdf.metal_edge, c) + bsdf.coating_f0 +
+         bsdf.coating_f90 * dielectric;
+}
+
+// f cos(wi) of the glossy lobe; takes the pdf of the diffuse lobe and returns that of both. The half vector is given by
+// its squared length h2, the squared length xy2 of its part along the surface, and its squared cosine c2 to the viewer.
+FN vec3 bsdf_eval_glossy(IN(Bsdf) bsdf, float ni, float h2, float xy2, float c2, INOUT(float) pdf) {
+  const float d = D_GGX(xy2, h2, bsdf.alpha2);
+  const float v = V_SmithGGXCorrelated(bsdf.no, bsdf.s_o, ni, S_SmithGGX(ni, bsdf.alpha2));
+  const bool valid = ni > 0.0f && (bsdf.lobes & BSDF_GLOSSY) != 0u;
+  pdf = mix(pdf, select(valid, d * V_SmithGGXVisible(bsdf.no, bsdf.s_o), 0.0f), bsdf.p_glossy);
+  return bsdf_fresnel(bsdf, sqrt(c2), c2) * select(valid, d * v * ni, 0.0f);
 }
 
 // f cos(wi) of the diffuse lobe, and of the glossy lobe beside it; pdf is that of bsdf_sample. All are 0 below n.
@@ -179,13 +215,9 @@ FN vec3 bsdf_eval_lobes(IN(Bsdf) bsdf, vec3 wo, vec3 wi, OUT(vec3) glossy, OUT(f
   if (FEATURE(FEATURE_SPECULAR)) {
     const vec3 h = wo + wi;
     const float h2 = max(dot(h, h), 1e-20f);
-    const vec3 nh = cross(bsdf.n, h);
-    const float d = D_GGX(dot(nh, nh) / h2, bsdf.alpha2);
-    const float v = V_SmithGGXCorrelated(bsdf.no, bsdf.s_o, ni, S_SmithGGX(ni, bsdf.alpha2));
-    const bool valid = ni > 0.0f && (bsdf.lobes & BSDF_GLOSSY) != 0u;
-    // |o + i| is twice the cosine between them and h.
-    glossy = bsdf_fresnel(bsdf, 0.5f * sqrt(h2)) * select(valid, d * v * ni, 0.0f);
-    pdf = mix(pdf, select(valid, d * V_SmithGGXVisible(bsdf.no, bsdf.s_o), 0.0f), bsdf.p_glossy);
+    // Lagrange's identity, exact near the normal. |wo + wi| is twice the cosine between either of them and h.
+    const vec3 xy = cross(bsdf.n, h);
+    glossy = bsdf_eval_glossy(bsdf, ni, h2, dot(xy, xy), 0.25f * h2, pdf);
   }
   return bsdf.diffuse * ni;
 }
@@ -197,31 +229,46 @@ FN vec3 bsdf_eval(IN(Bsdf) bsdf, vec3 wo, vec3 wi, OUT(float) pdf) {
   return diffuse + glossy;
 }
 
-// A direction in proportion to the lobes. Both lobes are warped from one point of the disk, so that no branch is
-// needed.
+// The half vector that bsdf_sample reflects wo about, in the frame of n, of any length.
+FN vec3 bsdf_sample_half_vector(IN(Bsdf) bsdf, vec3 o, vec2 disk) {
+  if ((bsdf.lobes & BSDF_SINGULAR) != 0u) return vec3(0.0f, 0.0f, 1.0f);
+  return half_vector_GGX(o, sqrt(bsdf.alpha2), bsdf.s_o, disk);
+}
+
+// A direction, from one of the lobes in proportion to their albedo. In the frame of n, wo is o and wi is i.
 FN void bsdf_sample(IN(Bsdf) bsdf, vec3 wo, float u_lobe, vec2 u, OUT(BsdfSample) s) {
   vec3 t;
   vec3 b;
   orthonormal_basis(bsdf.n, t, b);
   const vec2 disk = disk_from_square(u);
-  s.wi = to_world(vec3(disk.x, disk.y, sqrt(max(1.0f - dot(disk, disk), 0.0f))), t, b, bsdf.n);
+  vec3 i = vec3(disk.x, disk.y, sqrt(max(1.0f - dot(disk, disk), 0.0f)));
   s.lobe = BSDF_DIFFUSE;
-  const bool mirror = (bsdf.lobes & BSDF_SINGULAR) != 0u;
-  const bool glossy = u_lobe < bsdf.p_glossy;
   if (FEATURE(FEATURE_SPECULAR)) {
     const vec3 o = vec3(dot(wo, t), dot(wo, b), bsdf.no);
-    const vec3 h = half_vector_VisibleGGX(o, sqrt(bsdf.alpha2), disk);
-    const vec3 m = select(mirror, bsdf.n, to_world(h, t, b, bsdf.n));
-    s.wi = select(glossy, m * (2.0f * dot(wo, m)) - wo, s.wi);
-    s.lobe = select(glossy, BSDF_GLOSSY, BSDF_DIFFUSE);
+    vec3 h = o + i;
+    float h2 = max(dot(h, h), 1e-20f);
+    float c2 = 0.25f * h2;
+    if (u_lobe < bsdf.p_glossy) {
+      h = bsdf_sample_half_vector(bsdf, o, disk);
+      h2 = max(dot(h, h), 1e-30f);
+      const float oh = dot(o, h);
+      i = h * (2.0f * oh / h2) - o;
+      c2 = min(oh * oh / h2, 1.0f);
+      s.lobe = BSDF_GLOSSY;
+    }
+    s.pdf = max(i.z, 0.0f) * INV_PI;
+    const vec3 glossy = bsdf_eval_glossy(bsdf, max(i.z, 0.0f), h2, h.x * h.x + h.y * h.y, c2, s.pdf);
+    s.weight = (bsdf.diffuse * max(i.z, 0.0f) + glossy) * (s.pdf > 0.0f ? 1.0f / s.pdf : 0.0f);
+    if (s.lobe == BSDF_GLOSSY && (bsdf.lobes & BSDF_SINGULAR) != 0u) {
+      s.lobe = BSDF_GLOSSY | BSDF_SINGULAR;
+      s.pdf = bsdf.p_glossy;
+      s.weight = bsdf_fresnel(bsdf, bsdf.no, bsdf.no * bsdf.no) / bsdf.p_glossy;
+    }
+  } else {
+    s.pdf = i.z * INV_PI;
+    s.weight = bsdf.diffuse * PI;
   }
-  const vec3 f = bsdf_eval(bsdf, wo, s.wi, s.pdf);
-  s.weight = f * select(s.pdf > 0.0f, 1.0f / s.pdf, 0.0f);
-  if (FEATURE(FEATURE_SPECULAR) && glossy && mirror) {
-    s.pdf = bsdf.p_glossy;
-    s.weight = bsdf_fresnel(bsdf, bsdf.no) / bsdf.p_glossy;
-    s.lobe = BSDF_GLOSSY | BSDF_SINGULAR;
-  }
+  s.wi = to_world(i, t, b, bsdf.n);
 }
 
 #ifdef __cplusplus

@@ -18,10 +18,11 @@ const float MIRROR_ALPHA2 = 2e-10f;
 
 // ---- Distribution of normals
 
-// Walter et al. 2007, eq. 33, from the sine: near the mirror direction, 1 - nh^2 would be all rounding.
-FN float D_GGX(float sin2_nh, float alpha2) {
-  const float t = alpha2 + sin2_nh * (1.0f - alpha2);
-  return alpha2 * INV_PI / (t * t);
+// Walter et al. 2007, eq. 33, for a half vector of any length: h2 is its squared length, xy2 that of its part along the
+// surface. Written with 1 - nh^2 instead, it would be all rounding near the mirror direction.
+FN float D_GGX(float xy2, float h2, float alpha2) {
+  const float q = h2 / (alpha2 * h2 + (1.0f - alpha2) * xy2);
+  return alpha2 * INV_PI * q * q;
 }
 
 // ---- Masking and shadowing
@@ -44,10 +45,11 @@ FN float ior_from_F0(float f0) {
   return (1.0f + r) / (1.0f - r);
 }
 
-// Fresnel's equations for unpolarised light on a dielectric (Cook & Torrance 1982, p. 14), eta inside over outside.
-// With g = 0 beyond the critical angle, both fractions square to 1: total reflection needs no case of its own.
-FN float F_Dielectric(float c, float eta) {
-  const float g = sqrt(max(eta * eta - 1.0f + c * c, 0.0f));
+// Fresnel's equations for unpolarised light on a dielectric (Cook & Torrance 1982, p. 14), eta inside over outside; c2
+// is c squared. With g = 0 beyond the critical angle both fractions square to 1: total reflection needs no case of its
+// own.
+FN float F_Dielectric(float c, float c2, float eta) {
+  const float g = sqrt(max(eta * eta - 1.0f + c2, 0.0f));
   const float a = (g - c) / (g + c);
   const float b = (c * (g + c) - 1.0f) / (c * (g - c) + 1.0f);
   return 0.5f * a * a * (1.0f + b * b);
@@ -67,11 +69,11 @@ FN float F_SchlickWeight(float c) {
   return m2 * m2 * m;
 }
 
-// Schlick less edge * c (1 - c)^6, which is strongest at 82 degrees (Kutz et al. 2021, "F82-tint").
-FN vec3 F_Schlick82(vec3 f0, vec3 edge, float c) {
+// Schlick from f0 to f0 + range, less edge * c (1 - c)^6, which is strongest at 82 degrees (Kutz et al. 2021,
+// "F82-tint"). All three may carry a common weight.
+FN vec3 F_Schlick82(vec3 f0, vec3 range, vec3 edge, float c) {
   const float w = F_SchlickWeight(c);
-  const vec3 f = f0 + (1.0f - f0) * w - edge * (c * w * (1.0f - c));
-  return clamp(f, vec3(0.0f), vec3(1.0f));
+  return max(f0 + range * w - edge * (c * w * (1.0f - c)), vec3(0.0f));
 }
 
 // The edge coefficient that makes F_Schlick82 equal Schlick times tint at c = 1/7, where c (1 - c)^6 has its maximum.
@@ -85,18 +87,18 @@ FN vec3 F_Schlick82Average(vec3 f0, vec3 edge) { return f0 + (1.0f - f0) * (1.0f
 
 // ---- Sampling of visible normals
 
-// GGX half vector about +z for the viewer o_local, o_local.z > 0, by a uniform spherical cap (Dupuy & Benyoub 2023).
-// `disk` is uniform in the unit disk: the equal-area map from disk to cap keeps the stratification of both coordinates.
-FN vec3 half_vector_VisibleGGX(vec3 o_local, float alpha, vec2 disk) {
-  // 1. To the configuration in which the surface is a hemisphere.
-  const vec3 v = normalize(vec3(alpha * o_local.x, alpha * o_local.y, o_local.z));
+// A half vector about +z, of any length, for the viewer o_local with o_local.z > 0, by a uniform spherical cap (Dupuy &
+// Benyoub 2023). `disk` is uniform in the unit disk: the equal-area map from disk to cap keeps its stratification.
+FN vec3 half_vector_GGX(vec3 o_local, float alpha, float s_o, vec2 disk) {
+  // 1. To the configuration in which the surface is a hemisphere; s_o is the length of the stretched viewer.
+  const float scale = 1.0f / s_o;
+  const vec3 v = vec3(alpha * scale * o_local.x, alpha * scale * o_local.y, scale * o_local.z);
   // 2. A point c of the cap z > -v.z: 1 - z = r^2 (1 + v.z).
   const float r2 = dot(disk, disk);
   const float height = 1.0f + v.z;
-  const float scale = sqrt(max(height * (2.0f - r2 * height), 0.0f));
+  const float spread = sqrt(max(height * (2.0f - r2 * height), 0.0f));
   // 3. The microfacet normal c + v, with z written without cancellation, back to the ellipsoid.
-  const vec3 h = vec3(alpha * (disk.x * scale + v.x), alpha * (disk.y * scale + v.y), max(height * (1.0f - r2), 0.0f));
-  return h * (1.0f / sqrt(max(dot(h, h), 1e-30f)));
+  return vec3(alpha * (disk.x * spread + v.x), alpha * (disk.y * spread + v.y), max(height * (1.0f - r2), 0.0f));
 }
 
 #ifdef __cplusplus

@@ -39,7 +39,7 @@ std::vector<Reflection> reflections(float roughness, float mu) {
     // Half a turn suffices: the other half mirrors it.
     const float phi = PI * static_cast<float>(turns - std::floor(turns));
     const float r = std::sqrt(1.0f - t * t);
-    const vec3 h = half_vector_VisibleGGX(o, alpha, vec2(r * std::cos(phi), r * std::sin(phi)));
+    const vec3 h = normalize(half_vector_GGX(o, alpha, s_o, vec2(r * std::cos(phi), r * std::sin(phi))));
     const float c = dot(o, h);
     const float ni = 2.0f * c * h.z - mu;
     if (ni <= 0.0f) continue;
@@ -100,8 +100,8 @@ std::vector<float> make_tables() {
         const float a = node(z, N, 0.99f);
         const float f0 = a * a * a * a;
         const float eta = (1.0f + a * a) / (1.0f - a * a);
-        table[ALBEDO_DIELECTRIC + (z * N + y) * N + x] =
-            fresnel_mean(all, [=](float c) { return clamp((F_Dielectric(c, eta) - f0) / (1.0f - f0), 0.0f, 1.0f); });
+        table[ALBEDO_DIELECTRIC + (z * N + y) * N + x] = fresnel_mean(
+            all, [=](float c) { return clamp((F_Dielectric(c, c * c, eta) - f0) / (1.0f - f0), 0.0f, 1.0f); });
       }
     }
   }
