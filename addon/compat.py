@@ -36,3 +36,17 @@ def node_tree(owner: bpy.types.ID) -> bpy.types.NodeTree | None:
     if bpy.app.version >= (5, 0, 0):
         return owner.node_tree
     return owner.node_tree if owner.use_nodes else None
+
+
+def principled(material: bpy.types.Material) -> bpy.types.ShaderNode:
+    """The Principled BSDF of a new material; 4.5 makes its nodes on demand."""
+    if bpy.app.version < (5, 0, 0):
+        material.use_nodes = True
+    return next(node for node in material.node_tree.nodes if node.type == 'BSDF_PRINCIPLED')
+
+
+def background(world: bpy.types.World) -> bpy.types.ShaderNode:
+    """The Background node of a new world; 4.5 makes its nodes on demand."""
+    if bpy.app.version < (5, 0, 0):
+        world.use_nodes = True
+    return next(node for node in world.node_tree.nodes if node.type == 'BACKGROUND')

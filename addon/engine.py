@@ -8,11 +8,11 @@ from __future__ import annotations
 
 import bpy
 
-from . import final_render, passes
+from . import choices, final_render, passes
 
 
 class CotorraRenderEngine(bpy.types.RenderEngine):
-    bl_idname = 'COTORRA'
+    bl_idname = choices.ENGINE
     bl_label = 'Cotorra'
     bl_use_preview = False
     bl_use_eevee_viewport = True  # EEVEE draws the viewport's material preview, as it does for Cycles

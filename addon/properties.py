@@ -9,16 +9,7 @@ from __future__ import annotations
 import bpy
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, PointerProperty
 
-# One below 2³¹, the largest integer of Blender's properties.
-INT_MAX = 2**31 - 1
-SAMPLES_MAX = 2**24
-BOUNCES_MAX = 1024
-
-INTEGRATORS = (
-    ('DIRECT', 'Direct', 'Light that comes straight from lights and the world, with shadows; nothing reflects'),
-    ('PATH', 'Path', 'Light that also bounces between surfaces, and light from emitting surfaces'),
-)
-DEVICES = (('CPU', 'CPU', "All processor cores that Blender's thread setting allows"),)
+from .choices import BOUNCES_MAX, DEVICES, INTEGRATORS, SAMPLES_MAX, SEED_MAX
 
 
 class CotorraSceneSettings(bpy.types.PropertyGroup):
@@ -35,7 +26,7 @@ class CotorraSceneSettings(bpy.types.PropertyGroup):
         description='Number that the noise pattern starts from. The same seed gives the same image, bit for bit',
         default=0,
         min=0,
-        max=INT_MAX,
+        max=SEED_MAX,
     )
     use_animated_seed: BoolProperty(
         name='Animate Seed',

@@ -8,12 +8,14 @@ from __future__ import annotations
 
 import bpy
 
+from ..choices import ENGINE
+
 
 class CotorraPanel:
     bl_space_type = 'PROPERTIES'
     bl_region_type = 'WINDOW'
     bl_context = 'render'
-    COMPAT_ENGINES = {'COTORRA'}
+    COMPAT_ENGINES = {ENGINE}
 
     @classmethod
     def poll(cls, context):

@@ -11,7 +11,7 @@ from collections.abc import Iterator
 
 import bpy
 
-ENGINE = 'COTORRA'
+from ..choices import ENGINE
 
 # Panels open to any engine carry this engine's name, though it is long gone.
 OPEN_TO_ALL = 'BLENDER_RENDER'
