@@ -39,9 +39,10 @@ std::vector<Reflection> reflections(float roughness, float mu) {
     // Half a turn suffices: the other half mirrors it.
     const float phi = PI * static_cast<float>(turns - std::floor(turns));
     const float r = std::sqrt(1.0f - t * t);
-    const vec3 h = normalize(half_vector_GGX(o, alpha, s_o, vec2(r * std::cos(phi), r * std::sin(phi))));
-    const float c = dot(o, h);
-    const float ni = 2.0f * c * h.z - mu;
+    const vec3 h = half_vector_GGX(o, alpha, s_o, vec2(r * std::cos(phi), r * std::sin(phi)));
+    const float inv_length = 1.0f / std::sqrt(max(dot(h, h), 1e-30f));
+    const float c = min(dot(o, h) * inv_length, 1.0f);
+    const float ni = 2.0f * c * h.z * inv_length - mu;
     if (ni <= 0.0f) continue;
     const float g2 = V_SmithGGXCorrelated(mu, s_o, ni, S_SmithGGX(ni, alpha2)) * ni;
     result.push_back({c, 2.0f * t / static_cast<float>(NORMALS), g2 / V_SmithGGXVisible(mu, s_o)});
