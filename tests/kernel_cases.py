@@ -252,8 +252,9 @@ SURFACES = [
     ),
     Case(
         'surface_lifts',
-        'height = plane_height(a, n, b, c, p, side); lift = vec3(0.0f);'
-        'if (LOAD(scene.meshes, LOAD(scene.instances, s.instance).mesh).flags != 0u) lift = surface_smooth_lift(scene, s);',
+        'height = plane_height(a, n, b, c, p, side);'
+        'const bool smooth_mesh = LOAD(scene.meshes, LOAD(scene.instances, s.instance).mesh).flags != 0u;'
+        'lift = vec3(0.0f); if (smooth_mesh) lift = surface_smooth_lift(scene, s);',
         {
             'a': POINT,
             'n': NORMAL,
