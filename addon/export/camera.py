@@ -103,8 +103,17 @@ def _read_lens(obj: bpy.types.Object, log: Log) -> Lens:
         sensor_width=data.sensor_width,
         sensor_height=data.sensor_height,
         shift=(data.shift_x, data.shift_y),
-        clip=(data.clip_start, data.clip_end),
+        clip=_clip(data, obj.name, log),
     )
+
+
+def _clip(data: bpy.types.Camera, name: str, log: Log) -> tuple[float, float]:
+    if data.clip_start < data.clip_end:
+        return data.clip_start, data.clip_end
+    log.warning(
+        f'Camera "{name}": clip start {data.clip_start:g} is not before clip end {data.clip_end:g}: nothing is seen'
+    )
+    return data.clip_start, float(np.nextafter(np.float32(data.clip_start), np.float32(np.inf)))
 
 
 def _without_scale(matrix: np.ndarray) -> F32 | None:

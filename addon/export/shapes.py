@@ -84,10 +84,11 @@ def instance_arrays(
 
     # A run of slots must reach as far as the mesh's triangles do; the last slot stands for those behind it.
     used = [1 if mesh.slots is None else int(mesh.slots.max()) + 1 for mesh in meshes.arrays]
-    runs = [
-        shape.materials + shape.materials[-1:] * max(used[mesh] - len(shape.materials), 0) if mesh >= 0 else (0,)
-        for shape, mesh in zip(shapes, mesh_of, strict=True)
-    ]
+    bases, counts = np.zeros(len(shapes), np.uint32), np.zeros(len(shapes), np.uint32)
+    for index, (shape, mesh) in enumerate(zip(shapes, mesh_of, strict=True)):
+        if mesh >= 0:
+            run = shape.materials + shape.materials[-1:] * (used[mesh] - len(shape.materials))
+            bases[index], counts[index] = table.run(run), len(run)
 
     def column(values: list, dtype: type) -> NDArray:
         return np.array(values, dtype)[shape_of]
@@ -95,8 +96,8 @@ def instance_arrays(
     return Instances(
         mesh=mesh_of[shape_of].view(np.uint32),
         transform=np.ascontiguousarray(transforms[keep]),
-        material_base=column([table.run(run) for run in runs], np.uint32),
-        material_count=column([len(run) for run in runs], np.uint32),
+        material_base=bases[shape_of],
+        material_count=counts[shape_of],
         pass_index=column([shape.pass_index for shape in shapes], np.int32),
         visibility=column([shape.visibility for shape in shapes], np.uint32),
         light_group=column([shape.light_group for shape in shapes], np.int32),

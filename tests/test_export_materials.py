@@ -1,0 +1,506 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Shader trees become Principled constants, and what cannot be one is named.
+
+The expectations about Mix, Add, Metallic and the default material were measured with Cycles 5.2.3.
+"""
+
+from __future__ import annotations
+
+import bpy
+import numpy as np
+import pytest
+from cotorra.export.buffers import SceneBuffers
+from cotorra.export.closures import Bsdf, Closure, add, diffuse, principled, scale
+from cotorra.log import Log
+
+from scenes import build
+from scenes.depsgraphs import exported
+
+ALL = ('base_color', 'metallic', 'roughness', 'ior', 'specular_level', 'specular_tint', 'emission', 'alpha')
+
+
+def shown(material: bpy.types.Material | None) -> tuple[dict[str, object], list[str]]:
+    """The row of a material on a new object, by field, and the warnings."""
+    scene = bpy.context.scene
+    obj = build.mesh_object(scene)
+    obj.data.materials.append(material)
+    log = Log()
+    buffers = exported(scene, log)
+    return row(buffers, buffers.material_slots[buffers.instances.material_base[-1]]), log.texts('WARNING')
+
+
+def row(buffers: SceneBuffers, index: int) -> dict[str, object]:
+    materials = buffers.materials
+    found = {name: getattr(materials, name)[index].tolist() for name in (*ALL, 'multi_ggx', 'emission_sampling')}
+    return found | {'pass_index': int(materials.pass_index[index]), 'name': materials.names[index]}
+
+
+def tree_of(material: bpy.types.Material) -> tuple[bpy.types.NodeTree, bpy.types.NodeSocket]:
+    """The tree, and the Surface input of its output."""
+    return material.node_tree, build.output(material.node_tree).inputs['Surface']
+
+
+# ---- Principled BSDF.
+
+
+def test_new_material_and_no_material_are_alike() -> None:
+    build.new_scene()
+    made, warnings = shown(build.material('Made'))
+    default, _ = shown(None)
+    assert not warnings and default['name'] == 'default material'
+    assert made | {'name': ''} == default | {'name': ''}
+    assert made['base_color'] == pytest.approx([0.8] * 3) and made['roughness'] == 0.5 and made['alpha'] == 1.0
+
+
+def test_principled_constants() -> None:
+    build.new_scene()
+    material = build.material(
+        'Full',
+        Base_Color=(0.1, 0.2, 0.3, 1),
+        Metallic=0.25,
+        Roughness=0.75,
+        IOR=1.25,
+        Specular_IOR_Level=0.125,
+        Specular_Tint=(0.5, 0.25, 1, 1),
+        Emission_Color=(1, 0.5, 0.25, 1),
+        Emission_Strength=8,
+        Alpha=0.5,
+    )
+    material.pass_index = 3
+    found, warnings = shown(material)
+    assert found == {
+        'base_color': pytest.approx([0.1, 0.2, 0.3]),
+        'metallic': 0.25,
+        'roughness': 0.75,
+        'ior': 1.25,
+        'specular_level': 0.125,
+        'specular_tint': [0.5, 0.25, 1],
+        'emission': [8, 4, 2],
+        'alpha': 0.5,
+        'multi_ggx': 1,
+        'emission_sampling': 1,
+        'pass_index': 3,
+        'name': 'Full',
+    }
+    assert not warnings
+
+
+def test_dtypes() -> None:
+    materials = exported(build.new_scene()).materials
+    assert all(getattr(materials, name).dtype == np.float32 for name in ALL)
+    assert materials.base_color.shape == (1, 3) and materials.alpha.shape == (1,)
+    assert materials.multi_ggx.dtype == materials.emission_sampling.dtype == np.uint32
+
+
+def test_values_are_clamped_as_by_cycles() -> None:
+    build.new_scene()
+    found, _ = shown(build.material(Base_Color=(-1, 2, 0, 1), Emission_Color=(1, 1, 1, 1), Emission_Strength=-2))
+    assert found['base_color'] == [0, 2, 0] and found['emission'] == [-2, -2, -2]
+
+
+@pytest.mark.parametrize(('distribution', 'flag'), [('GGX', 0), ('MULTI_GGX', 1)])
+def test_distribution(distribution: str, flag: int) -> None:
+    build.new_scene()
+    material = build.material()
+    build.principled(material).distribution = distribution
+    assert shown(material)[0]['multi_ggx'] == flag
+
+
+@pytest.mark.parametrize('sampling', ['NONE', 'AUTO', 'FRONT', 'BACK', 'FRONT_BACK'])
+def test_emission_sampling(sampling: str) -> None:
+    build.new_scene()
+    material = build.material()
+    material.cycles.emission_sampling = sampling
+    assert shown(material)[0]['emission_sampling'] == (0 if sampling == 'NONE' else 1)
+
+
+def test_what_principled_cannot_do_yet_is_one_warning() -> None:
+    build.new_scene()
+    material = build.material(Transmission_Weight=1.0, Coat_Weight=0.5, Sheen_Weight=0.1)
+    tree = material.node_tree
+    bump = build.node(tree, 'Bump')
+    build.connect(tree, bump.outputs['Normal'], build.principled(material).inputs['Normal'])
+    _, warnings = shown(material)
+    assert warnings == [
+        'Material "Material": not supported yet: Transmission Weight, Coat Weight, Sheen Weight, Normal left out'
+    ]
+
+
+# ---- Constants through nodes.
+
+
+def test_constant_nodes_are_followed() -> None:
+    build.new_scene()
+    material = build.material()
+    tree, node = material.node_tree, build.principled(material)
+    color, value = build.node(tree, 'RGB'), build.node(tree, 'Value')
+    reroute = tree.nodes.new('NodeReroute')
+    color.outputs[0].default_value = (0.25, 0.5, 0.75, 1)
+    value.outputs[0].default_value = 0.125
+    build.connect(tree, color.outputs[0], reroute.inputs[0])
+    build.connect(tree, reroute.outputs[0], node.inputs['Base Color'])
+    build.connect(tree, value.outputs[0], node.inputs['Roughness'])
+    build.connect(tree, value.outputs[0], node.inputs['Specular Tint'])
+    build.connect(tree, color.outputs[0], node.inputs['Metallic'])
+    found, warnings = shown(material)
+    assert found['base_color'] == [0.25, 0.5, 0.75] and found['roughness'] == 0.125
+    assert found['specular_tint'] == [0.125] * 3
+    assert found['metallic'] == pytest.approx(0.2126 * 0.25 + 0.7152 * 0.5 + 0.0722 * 0.75, abs=1e-4)
+    assert not warnings
+
+
+def group_with(tree: bpy.types.NodeTree, name: str, kind: str) -> tuple[bpy.types.NodeTree, bpy.types.Node]:
+    inner = bpy.data.node_groups.new(name, 'ShaderNodeTree')
+    inner.interface.new_socket('Color', in_out='INPUT', socket_type='NodeSocketColor').default_value = (1, 0, 0, 1)
+    inner.interface.new_socket('Out', in_out='OUTPUT', socket_type=kind)
+    group = tree.nodes.new('ShaderNodeGroup')
+    group.node_tree = inner
+    return inner, group
+
+
+@pytest.mark.parametrize('linked', [False, True])
+def test_groups_are_looked_into(linked: bool) -> None:
+    """A whole shader in a group in a group, whose colour comes from outside."""
+    build.new_scene()
+    material = build.material()
+    tree, surface = tree_of(material)
+    middle, outer_group = group_with(tree, 'Middle', 'NodeSocketShader')
+    inner, inner_group = group_with(middle, 'Inner', 'NodeSocketShader')
+    for owner in (middle, inner):
+        owner.nodes.new('NodeGroupInput').name = 'In'
+        owner.nodes.new('NodeGroupOutput').name = 'Out'
+    shader = build.node(inner, 'BsdfPrincipled', Roughness=0.25)
+    build.connect(inner, inner.nodes['In'].outputs[0], shader.inputs['Base Color'])
+    build.connect(inner, shader.outputs[0], inner.nodes['Out'].inputs[0])
+    build.connect(middle, middle.nodes['In'].outputs[0], inner_group.inputs[0])
+    build.connect(middle, inner_group.outputs[0], middle.nodes['Out'].inputs[0])
+    build.connect(tree, outer_group.outputs[0], surface)
+    outer_group.inputs[0].default_value = (0.25, 0.5, 0.75, 1)
+    if linked:
+        color = build.node(tree, 'RGB')
+        color.outputs[0].default_value = (0, 0, 1, 1)
+        build.connect(tree, color.outputs[0], outer_group.inputs[0])
+    found, warnings = shown(material)
+    assert found['base_color'] == ([0, 0, 1] if linked else [0.25, 0.5, 0.75])
+    assert found['roughness'] == 0.25 and not warnings
+
+
+def test_muted_nodes_and_links() -> None:
+    build.new_scene()
+    material = build.material(Roughness=0.25)
+    tree, node = material.node_tree, build.principled(material)
+    color = build.node(tree, 'RGB')
+    color.outputs[0].default_value = (0.25, 0.5, 0.75, 1)
+    gamma = build.node(tree, 'Gamma')
+    gamma.mute = True  # passes the colour on
+    build.connect(tree, color.outputs[0], gamma.inputs['Color'])
+    build.connect(tree, gamma.outputs[0], node.inputs['Base Color'])
+    value = build.node(tree, 'Value')
+    tree.links.new(value.outputs[0], node.inputs['Roughness']).is_muted = True
+    found, warnings = shown(material)
+    assert found['base_color'] == [0.25, 0.5, 0.75] and found['roughness'] == 0.25 and not warnings
+
+
+def test_textures_are_one_warning_and_the_sockets_own_values() -> None:
+    build.new_scene()
+    material = build.material(Base_Color=(0.5, 0.25, 0.125, 1), Roughness=0.75, Emission_Strength=1)
+    tree, node = material.node_tree, build.principled(material)
+    noise = build.node(tree, 'TexNoise')
+    for name in ('Base Color', 'Roughness', 'Emission Color'):
+        build.connect(tree, noise.outputs['Color'], node.inputs[name])
+    found, warnings = shown(material)
+    assert found['base_color'] == [0.5, 0.25, 0.125] and found['roughness'] == 0.75 and found['emission'] == [0, 0, 0]
+    assert warnings == [
+        'Material "Material": not supported yet: inputs that are no constants: '
+        'Base Color (node "Noise Texture", 0.5 0.25 0.125 is used), Roughness (node "Noise Texture", 0.75 is used), '
+        'Emission Color (node "Noise Texture", 0 0 0 is used)'
+    ]
+
+
+@pytest.mark.parametrize('case', ['no image', 'no file'])
+def test_missing_image(case: str) -> None:
+    """Magenta, as Cycles shows it, and a warning that names the material, the node and the file."""
+    build.new_scene()
+    material = build.material()
+    tree = material.node_tree
+    texture = build.node(tree, 'TexImage')
+    if case == 'no file':
+        texture.image = bpy.data.images.new('Photo', 4, 4)
+        texture.image.source = 'FILE'
+        texture.image.filepath = '//nowhere/photo.png'
+    build.connect(tree, texture.outputs['Color'], build.principled(material).inputs['Base Color'])
+    found, warnings = shown(material)
+    assert found['base_color'] == [1, 0, 1]
+    expected = 'no image is chosen' if case == 'no image' else 'image "Photo" has no file at "//nowhere/photo.png"'
+    assert f'Material "Material": node "Image Texture": {expected}' in warnings
+
+
+def test_image_that_is_there_is_not_called_missing(tmp_path) -> None:
+    build.new_scene()
+    material = build.material()
+    tree = material.node_tree
+    texture = build.node(tree, 'TexImage')
+    image = bpy.data.images.new('Photo', 4, 4)
+    image.filepath_raw, image.file_format = str(tmp_path / 'photo.png'), 'PNG'
+    image.save()
+    texture.image = bpy.data.images.load(str(tmp_path / 'photo.png'))
+    build.connect(tree, texture.outputs['Color'], build.principled(material).inputs['Base Color'])
+    found, [warning] = shown(material)
+    assert found['base_color'] == pytest.approx([0.8] * 3) and 'Photo' not in warning
+
+
+def test_driver_that_gives_no_number() -> None:
+    build.new_scene()
+    material = build.material('Driven', Metallic=0.5)
+    build.principled(material).inputs['IOR'].default_value = float('nan')
+    found, warnings = shown(material)
+    assert found['ior'] == pytest.approx(1.5) and found['metallic'] == 0.5
+    assert warnings == ['Material "Driven": ior is not a finite number; the default is used']
+
+
+# ---- Other shaders, and sums of them.
+
+
+def test_diffuse() -> None:
+    """No reflection: F0 is 0 whatever formula is used for it."""
+    build.new_scene()
+    material = build.material()
+    tree, surface = tree_of(material)
+    build.connect(tree, build.node(tree, 'BsdfDiffuse', Color=(0.25, 0.5, 0.75, 1)).outputs[0], surface)
+    found, warnings = shown(material)
+    assert found['base_color'] == [0.25, 0.5, 0.75] and not warnings
+    assert (found['metallic'], found['specular_level'], found['ior']) == (0, 0, 1)
+
+
+@pytest.mark.skipif(not hasattr(bpy.types, 'ShaderNodeBsdfMetallic'), reason='this Blender has no Metallic BSDF')
+def test_metallic() -> None:
+    build.new_scene()
+    material = build.material()
+    tree, surface = tree_of(material)
+    metal = build.node(
+        tree, 'BsdfMetallic', Base_Color=(0.5, 0.25, 0.125, 1), Edge_Tint=(1, 0.5, 0.75, 1), Roughness=0.25
+    )
+    metal.fresnel_type, metal.distribution = 'F82', 'GGX'
+    build.connect(tree, metal.outputs[0], surface)
+    found, warnings = shown(material)
+    assert found['base_color'] == [0.5, 0.25, 0.125] and found['specular_tint'] == [1, 0.5, 0.75]
+    assert (found['metallic'], found['roughness'], found['multi_ggx']) == (1, 0.25, 0) and not warnings
+
+
+@pytest.mark.parametrize(('color', 'exact'), [((1, 1, 1, 1), True), ((0.5, 0.25, 0, 1), False)])
+def test_glossy_is_a_metal(color: tuple, exact: bool) -> None:
+    build.new_scene()
+    material = build.material()
+    tree, surface = tree_of(material)
+    build.connect(tree, build.node(tree, 'BsdfAnisotropic', Color=color, Roughness=0.25).outputs[0], surface)
+    found, warnings = shown(material)
+    assert found['metallic'] == 1 and found['base_color'] == list(color[:3]) and bool(warnings) != exact
+    if exact:
+        assert found['specular_tint'] == [1, 1, 1]
+
+
+def test_emission_only() -> None:
+    build.new_scene()
+    material = build.material()
+    tree, surface = tree_of(material)
+    build.connect(tree, build.node(tree, 'Emission', Color=(1, 0.5, 0.25, 1), Strength=4).outputs[0], surface)
+    found, warnings = shown(material)
+    assert found['emission'] == [4, 2, 1] and found['alpha'] == 1 and not warnings
+    assert found['base_color'] == [0, 0, 0] and found['specular_level'] == 0
+
+
+def mixed(kind: str, first: bpy.types.Node, second: bpy.types.Node, factor: float = 0.25) -> bpy.types.Node:
+    tree = first.id_data
+    node = build.node(tree, f'{kind}Shader')
+    if kind == 'Mix':
+        node.inputs[0].default_value = factor
+    build.connect(tree, first.outputs[0], node.inputs[-2])
+    build.connect(tree, second.outputs[0], node.inputs[-1])
+    return node
+
+
+def test_mix_with_transparent_is_alpha() -> None:
+    build.new_scene()
+    material = build.material(Alpha=0.5, Emission_Color=(1, 1, 1, 1), Emission_Strength=2, Metallic=0.5)
+    tree, surface = tree_of(material)
+    mix = mixed('Mix', build.node(tree, 'BsdfTransparent'), build.principled(material))
+    build.connect(tree, mix.outputs[0], surface)
+    found, warnings = shown(material)
+    assert found['alpha'] == 0.125 and found['emission'] == [2, 2, 2] and found['metallic'] == 0.5 and not warnings
+
+
+def test_mix_of_emission_and_diffuse() -> None:
+    build.new_scene()
+    material = build.material()
+    tree, surface = tree_of(material)
+    mix = mixed(
+        'Mix', build.node(tree, 'Emission', Strength=8), build.node(tree, 'BsdfDiffuse', Color=(1, 0.5, 0, 1)), 0.25
+    )
+    build.connect(tree, mix.outputs[0], surface)
+    found, warnings = shown(material)
+    assert found['emission'] == [6, 6, 6] and found['base_color'] == [0.25, 0.125, 0] and not warnings
+
+
+def test_add_emission_to_principled() -> None:
+    build.new_scene()
+    material = build.material(Metallic=1.0, Emission_Color=(1, 0, 0, 1), Emission_Strength=1)
+    tree, surface = tree_of(material)
+    both = mixed('Add', build.node(tree, 'Emission', Strength=2), build.principled(material))
+    build.connect(tree, both.outputs[0], surface)
+    found, warnings = shown(material)
+    assert found['emission'] == [3, 2, 2] and found['metallic'] == 1 and not warnings
+
+
+@pytest.mark.parametrize(('factor', 'metallic'), [(0.0, 0.0), (1.0, 1.0), (0.75, 1.0)])
+def test_mix_of_two_bsdfs(factor: float, metallic: float) -> None:
+    build.new_scene()
+    material = build.material()
+    tree, surface = tree_of(material)
+    other = build.node(tree, 'BsdfPrincipled', Metallic=1.0)
+    build.connect(tree, mixed('Mix', build.principled(material), other, factor).outputs[0], surface)
+    found, warnings = shown(material)
+    assert found['metallic'] == metallic
+    expected = 'Material "Material": node "Mix Shader": a mix of two BSDFs is not supported yet'
+    assert [warning.startswith(expected) for warning in warnings] == ([True] if 0 < factor < 1 else [])
+
+
+def test_one_sided_emission() -> None:
+    """As importers make it: Mix by Geometry's Backfacing. The front is rendered on both sides, and said so."""
+    build.new_scene()
+    material = build.material()
+    tree, surface = tree_of(material)
+    mix = mixed('Mix', build.node(tree, 'Emission', Strength=4), build.node(tree, 'BsdfDiffuse', Color=(0, 0, 0, 1)))
+    build.connect(tree, build.node(tree, 'NewGeometry').outputs['Backfacing'], mix.inputs[0])
+    build.connect(tree, mix.outputs[0], surface)
+    found, warnings = shown(material)
+    assert found['emission'] == [4, 4, 4]
+    assert warnings == [
+        'Material "Material": back faces that differ from front faces are not supported yet: they are rendered alike'
+    ]
+
+
+def test_unsupported_shader_is_grey() -> None:
+    build.new_scene()
+    material = build.material()
+    tree, surface = tree_of(material)
+    build.connect(tree, build.node(tree, 'BsdfGlass').outputs[0], surface)
+    found, warnings = shown(material)
+    assert found['base_color'] == pytest.approx([0.8] * 3) and found['alpha'] == 1
+    assert warnings == [
+        'Material "Material": node "Glass BSDF" (Glass BSDF) is not supported yet: grey is used instead'
+    ]
+
+
+def test_volume_and_displacement_are_reported() -> None:
+    build.new_scene()
+    material = build.material()
+    tree, _ = tree_of(material)
+    output = build.output(tree)
+    build.connect(tree, build.node(tree, 'VolumeScatter').outputs[0], output.inputs['Volume'])
+    build.connect(tree, build.node(tree, 'Displacement').outputs[0], output.inputs['Displacement'])
+    assert shown(material)[1] == ['Material "Material": not supported yet: Volume, Displacement left out']
+
+
+def test_output_for_cycles_goes_first() -> None:
+    build.new_scene()
+    material = build.material()
+    tree, _ = tree_of(material)
+    output = build.node(tree, 'OutputMaterial')
+    output.target = 'CYCLES'
+    build.connect(tree, build.node(tree, 'Emission', Strength=2).outputs[0], output.inputs['Surface'])
+    assert shown(material)[0]['emission'] == [2, 2, 2]
+
+
+@pytest.mark.parametrize('how', ['nothing linked', 'no output'])
+def test_tree_without_a_surface_is_black(how: str) -> None:
+    build.new_scene()
+    material = build.material()
+    tree, _ = tree_of(material)
+    tree.nodes.remove(build.principled(material) if how == 'nothing linked' else build.output(tree))
+    found, warnings = shown(material)
+    assert found['base_color'] == [0, 0, 0] and found['emission'] == [0, 0, 0] and found['alpha'] == 1 and not warnings
+
+
+@pytest.mark.skipif(bpy.app.version >= (5, 0, 0), reason='Blender 5 gives each material a tree')
+def test_material_without_nodes_shows_its_viewport_colour() -> None:
+    build.new_scene()
+    material = bpy.data.materials.new('Plain')
+    material.use_nodes = False
+    material.diffuse_color = (0.25, 0.5, 0.75, 1)
+    found, _ = shown(material)
+    assert found['base_color'] == [0.25, 0.5, 0.75] and found['specular_level'] == 0
+
+
+# ---- Slots.
+
+
+def test_slots_linked_to_the_object() -> None:
+    scene = build.new_scene()
+    data = build.mesh()
+    data.materials.append(build.material('Of the data'))
+    build.link(scene, 'First', data)
+    second = build.link(scene, 'Second', data)
+    second.material_slots[0].link = 'OBJECT'
+    second.material_slots[0].material = build.material('Of the object')
+    buffers = exported(scene)
+    names = [buffers.materials.names[buffers.material_slots[base]] for base in buffers.instances.material_base]
+    assert dict(zip(buffers.instances.names, names, strict=True)) == {
+        'First': 'Of the data',
+        'Second': 'Of the object',
+    }
+    assert len(buffers.meshes) == 1
+
+
+def test_removed_and_empty_slots_show_the_default() -> None:
+    scene = build.new_scene()
+    obj = build.mesh_object(scene)
+    gone = build.material('Gone')
+    obj.data.materials.append(gone)
+    obj.data.materials.append(build.material('Kept'))
+    bpy.data.materials.remove(gone)
+    buffers = exported(scene)
+    assert [buffers.materials.names[slot] for slot in buffers.material_slots] == ['default material', 'Kept']
+
+
+def test_each_material_is_read_once() -> None:
+    scene = build.new_scene()
+    material = build.material('Shared', Transmission_Weight=1.0)
+    for index in range(3):
+        build.mesh_object(scene, f'Quad{index}').data.materials.append(material)
+    log = Log()
+    buffers = exported(scene, log)
+    assert buffers.materials.names == ('default material', 'Shared') and buffers.material_slots.tolist() == [1]
+    assert len(log.texts('WARNING')) == 1
+
+
+# ---- The algebra by itself.
+
+
+def silent(text: str) -> None:
+    raise AssertionError(text)
+
+
+def test_principled_splits_into_what_it_was_made_of() -> None:
+    bsdf = Bsdf(base_color=(0.5, 0.25, 0.75), metallic=0.5)
+    closure = Closure(0.75, (1.0, 2.0, 3.0), 0.25, bsdf)
+    found, emission, alpha = principled(closure, silent)
+    assert found == bsdf and alpha == 0.25 and emission == (4.0, 8.0, 12.0)
+
+
+def test_diffuse_closures_add_up() -> None:
+    red, green = (Closure(weight=1.0, bsdf=diffuse(color)) for color in ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0)))
+    mix = add(scale(red, 0.25), scale(green, 0.5), silent)
+    bsdf, _, alpha = principled(mix, silent)
+    assert alpha == 1.0 and bsdf.base_color == pytest.approx((0.25, 0.5, 0.0))
+
+
+def test_glossy_closure_in_part_is_reported() -> None:
+    texts: list[str] = []
+    bsdf, _, alpha = principled(Closure(weight=0.5, bsdf=Bsdf()), texts.append)
+    assert bsdf == Bsdf() and alpha == 1.0 and len(texts) == 1
+
+
+def test_emission_of_what_is_fully_transparent() -> None:
+    texts: list[str] = []
+    assert principled(Closure(1.0, (1.0, 1.0, 1.0)), texts.append)[1:] == ((0.0, 0.0, 0.0), 0.0)
+    assert len(texts) == 1
