@@ -82,7 +82,7 @@ def three_lights(scene: bpy.types.Scene) -> None:
         target=(-1.0, 3.5, 0.5),
         angle=42,
     )
-    add_camera(scene, location=(-0.6, -15.0, 9.5), target=(-0.6, 4.0, 0.9), lens=34.0)
+    add_camera(scene, location=(-0.6, -14.0, 8.2), target=(-0.6, 4.0, 0.6), lens=34.0)
 
 
 def box_room(scene: bpy.types.Scene) -> None:

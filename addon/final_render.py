@@ -87,6 +87,11 @@ def message_sink(engine: bpy.types.RenderEngine) -> Callable[[str, str], None]:
     return show
 
 
+def in_window() -> bool:
+    """Whether anyone sees pictures in between."""
+    return not bpy.app.background
+
+
 class RenderJob:
     """One view layer on its way through the phases; lives as long as `render_view_layer` runs."""
 
@@ -162,7 +167,7 @@ class RenderJob:
 
     def render(self, session: Any, render_settings: RenderSettings, sources: dict[str, str]) -> None:
         exposure = passes.film_exposure(self.scene)
-        show_pictures = not bpy.app.background
+        show_pictures = in_window()
         next_picture, pause = time.perf_counter() + FIRST_PICTURE_SECONDS, PICTURE_SECONDS
         session.start()
         while not session.wait(POLL_SECONDS):

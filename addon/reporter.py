@@ -13,6 +13,7 @@ import bpy
 
 from . import watch
 from .stats import MemoryMeter
+from .terminal import clock
 
 WATCHER_SECONDS = 0.1
 WINDOW_SECONDS = 0.25
@@ -71,13 +72,6 @@ class Reporter:
             self._engine.update_stats(' | '.join(head), f'Sample {samples}/{total_samples} | {features}')
             self._engine.update_progress((self._position + fraction) / self._count)
             self._engine.update_memory_stats(memory_used=memory / MEBIBYTE, memory_peak=self._memory.peak() / MEBIBYTE)
-
-
-def clock(seconds: float) -> str:
-    """Minutes and seconds with hundredths, as Blender writes times; hours where there are any."""
-    minutes, rest = divmod(max(0.0, seconds), 60.0)
-    hours, minutes = divmod(int(minutes), 60)
-    return f'{hours}:{minutes:02d}:{rest:05.2f}' if hours else f'{minutes:02d}:{rest:05.2f}'
 
 
 def position_in_frame(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer) -> tuple[int, int]:
