@@ -82,7 +82,7 @@ def three_lights(scene: bpy.types.Scene) -> None:
         target=(-1.0, 3.5, 0.5),
         angle=42,
     )
-    add_camera(scene, location=(-0.6, -14.0, 8.2), target=(-0.6, 4.0, 0.6), lens=34.0)
+    add_camera(scene, location=(-0.6, -14.0, 8.2), target=(-0.6, 4.0, 0.1), lens=31.5)
 
 
 def box_room(scene: bpy.types.Scene) -> None:
@@ -126,7 +126,7 @@ def box_room(scene: bpy.types.Scene) -> None:
     sphere = add_sphere(scene, 'Sphere', 0.8, add_material('Gold', (1.0, 0.71, 0.29), metallic=1.0, roughness=0.32))
     sphere.location = (1.95, 0.55, 0.8)
 
-    add_sun(scene, 'Sun', (1.0, 0.85, 0.65), 8.0, angle=0.53, direction=(0.80, 0.10, -0.50))
+    add_sun(scene, 'Sun', (1.0, 0.85, 0.65), 8.0, angle=0.53, direction=(0.80, -0.42, -0.52))
     add_spot(
         scene,
         'Spot',
