@@ -17,7 +17,7 @@ from cotorra.log import Log
 from mathutils import Euler, Matrix
 
 from scenes import build
-from scenes.depsgraphs import exported, exported_in_render, messages
+from scenes.depsgraphs import exported, exported_camera, exported_in_render, messages
 
 NAN, INF = float('nan'), float('inf')
 CAMERA, DIFFUSE, GLOSSY, TRANSMISSION, VOLUME, SHADOW = 1, 2, 4, 8, 16, 32
@@ -343,6 +343,42 @@ def test_what_is_not_supported_is_named(kind: str, make) -> None:
     scene = build.new_scene()
     build.link(scene, 'Thing', make())
     assert messages(scene) == [f'Object "Thing": {kind} are not supported yet: left out']
+
+
+def test_smoke_domain_is_reported() -> None:
+    """Its mesh is a box around the smoke, which Cycles does not show."""
+    scene = build.new_scene()
+    domain = build.mesh_object(scene, 'Smoke').modifiers.new('Fluid', 'FLUID')
+    domain.fluid_type = 'DOMAIN'
+    domain.domain_settings.domain_type = 'GAS'
+    log = Log()
+    assert not exported(scene, log).meshes
+    assert log.texts('WARNING') == ['Object "Smoke": smoke and fire are not supported yet: left out']
+
+
+def test_without_the_cycles_addon() -> None:
+    """Cycles' settings are its add-on's: without it, its defaults count."""
+    import addon_utils  # Blender's; only there once bpy is
+
+    scene = build.new_scene()
+    build.mesh_object(scene).data.materials.append(build.material())
+    build.light(scene, 'POINT')
+    build.world(scene)
+    build.camera(scene)
+    scene.render.filter_size = 2.0
+    with_addon = exported(scene)
+    addon_utils.disable('cycles')
+    try:
+        assert not hasattr(scene, 'cycles')
+        buffers = exported(scene)
+        camera = exported_camera(scene)
+    finally:
+        addon_utils.enable('cycles')
+    assert camera.filter_width == 2.0
+    assert buffers.lights.max_bounces.tolist() == with_addon.lights.max_bounces.tolist()
+    assert buffers.lights.use_mis.tolist() == with_addon.lights.use_mis.tolist()
+    assert buffers.materials.emission_sampling.tolist() == with_addon.materials.emission_sampling.tolist()
+    assert buffers.world == with_addon.world
 
 
 # ---- Bad input.

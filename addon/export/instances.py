@@ -23,15 +23,6 @@ from .buffers import (
     VISIBLE_VOLUME,
 )
 
-VISIBILITY = {
-    'visible_camera': VISIBLE_CAMERA,
-    'visible_diffuse': VISIBLE_DIFFUSE,
-    'visible_glossy': VISIBLE_GLOSSY,
-    'visible_transmission': VISIBLE_TRANSMISSION,
-    'visible_volume_scatter': VISIBLE_VOLUME,
-    'visible_shadow': VISIBLE_SHADOW,
-}
-
 # Object data that need primitives of their own.
 UNSUPPORTED = {'Curves': 'hair curves', 'PointCloud': 'point clouds', 'Volume': 'volumes'}
 
@@ -84,7 +75,7 @@ def walk(depsgraph: bpy.types.Depsgraph) -> Walk:
         at = index.get(key)
         if at is None:
             at = index[key] = len(groups)
-            obj, parent = (shown, shown) if original is None else (original, item.parent)
+            obj, parent = (shown, shown) if original is None else (original, item.parent or original)
             groups.append(Group(obj, data, parent, original is not None, item.show_self, item.show_particles))
         group_of.append(at)
     matrices = np.empty((len(group_of), 4, 4), np.float32)
@@ -96,12 +87,23 @@ def walk(depsgraph: bpy.types.Depsgraph) -> Walk:
 
 def visibility(group: Group, view_layer: bpy.types.ViewLayer) -> int:
     """VISIBLE_* bits: what both object and instancer allow; 'indirect only' collections are hidden from the camera."""
-    bits = sum(bit for name, bit in VISIBILITY.items() if getattr(group.obj, name))
+    bits = _own_visibility(group.obj)
     if group.parent != group.obj:
-        bits &= sum(bit for name, bit in VISIBILITY.items() if getattr(group.parent, name))
+        bits &= _own_visibility(group.parent)
     if group.parent.indirect_only_get(view_layer=view_layer):
         bits &= ~VISIBLE_CAMERA
     return bits
+
+
+def _own_visibility(obj: bpy.types.Object) -> int:
+    return (
+        obj.visible_camera * VISIBLE_CAMERA
+        | obj.visible_diffuse * VISIBLE_DIFFUSE
+        | obj.visible_glossy * VISIBLE_GLOSSY
+        | obj.visible_transmission * VISIBLE_TRANSMISSION
+        | obj.visible_volume_scatter * VISIBLE_VOLUME
+        | obj.visible_shadow * VISIBLE_SHADOW
+    )
 
 
 def light_group(group: Group, groups: dict[str, int]) -> int:
@@ -111,7 +113,7 @@ def light_group(group: Group, groups: dict[str, int]) -> int:
 
 def is_shown(group: Group) -> bool:
     """Whether a mesh or lamp of this group is to be rendered as such."""
-    return group.show_self and not (isinstance(group.data, bpy.types.Mesh) and _gas_domain(group))
+    return group.show_self and not _gas_domain(group)
 
 
 def warn_unsupported(group: Group, view_layer: bpy.types.ViewLayer, log: Log) -> None:
@@ -135,7 +137,7 @@ def warn_unsupported(group: Group, view_layer: bpy.types.ViewLayer, log: Log) ->
 
 
 def _gas_domain(group: Group) -> bool:
-    return group.data == group.obj.data and any(
-        modifier.type == 'FLUID' and modifier.fluid_type == 'DOMAIN' and modifier.domain_settings.domain_type == 'GAS'
-        for modifier in group.obj.modifiers
-    )
+    for modifier in group.obj.modifiers:
+        if modifier.type == 'FLUID' and modifier.fluid_type == 'DOMAIN':
+            return modifier.domain_settings.domain_type == 'GAS' and group.data == group.obj.data
+    return False

@@ -9,7 +9,6 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import Any
 
-import bmesh
 import bpy
 import numpy as np
 
@@ -46,13 +45,23 @@ def mesh_object(scene: bpy.types.Scene, name: str = 'Quad', **shape: Any) -> bpy
 
 
 def grid(segments: int) -> bpy.types.Mesh:
-    """A square of segments × segments quads with a UV map."""
+    """A square of segments × segments quads with a UV map, row by row."""
+    side = segments + 1
+    places = np.arange(side * side)
+    uv = np.stack([places % side, places // side], axis=1).astype(np.float32) / segments
+    first = (np.arange(segments)[:, None] * side + np.arange(segments)).reshape(-1, 1)
+    corners = (first + np.array([0, 1, side + 1, side])).ravel().astype(np.int32)
     data = bpy.data.meshes.new('Grid')
-    built = bmesh.new()
-    built.loops.layers.uv.new('UVMap')
-    bmesh.ops.create_grid(built, x_segments=segments, y_segments=segments, size=1.0, calc_uvs=True)
-    built.to_mesh(data)
-    built.free()
+    data.vertices.add(len(places))
+    data.loops.add(len(corners))
+    data.polygons.add(len(first))
+    data.polygons.foreach_set('loop_start', np.arange(0, len(corners), 4, dtype=np.int32))
+    data.attributes['.corner_vert'].data.foreach_set('value', corners)
+    positions = np.concatenate([2.0 * uv - 1.0, np.zeros((len(uv), 1), np.float32)], axis=1)
+    data.attributes['position'].data.foreach_set('vector', positions.ravel())
+    data.uv_layers.new(name='UVMap').uv.foreach_set('vector', uv[corners].ravel())
+    data.update(calc_edges=True)
+    data.shade_flat()
     return data
 
 
