@@ -16,9 +16,7 @@ from pathlib import Path
 from typing import Any
 
 import compare
-from benchmark import fair, judge, report, runner, scenes, synthetic
-
-EXTRAS = ('sync', 'instances')
+from benchmark import fair, judge, peers, report, runner, scenes, synthetic
 
 
 def parse(arguments: list[str] | None) -> argparse.Namespace:
@@ -28,7 +26,7 @@ def parse(arguments: list[str] | None) -> argparse.Namespace:
         'scenes',
         metavar='SCENE',
         nargs='*',
-        help=f'{there},\na .blend file, or `sync` and `instances` (default: the demos)',
+        help=f'{there},\na .blend file, or `sync` and `instances` (default: the demos; three_lights with --against)',
     )
     parser.add_argument('--bounces', type=int, nargs='+', default=[0, 4], help='default: 0 4')
     parser.add_argument('--samples', type=int, default=64, help='most samples (64); half and a quarter too')
@@ -38,7 +36,7 @@ def parse(arguments: list[str] | None) -> argparse.Namespace:
     parser.add_argument('--threads', type=int, default=os.cpu_count() or 1, help='default: all')
     parser.add_argument('--engine', default='COTORRA', choices=('COTORRA', 'CYCLES'), help='CYCLES: check of the bench')
     parser.add_argument('--constants', action='store_true', help='cut textures off: constant materials and world')
-    parser.add_argument('--against', choices=('mitsuba',), help='another engine, where its wheel is installed')
+    parser.add_argument('--against', choices=('mitsuba',), help='this instead of Cycles, where its wheel is installed')
     parser.add_argument('--json', type=Path, help='everything measured')
     parser.add_argument('--images', type=Path, help='folder for the pictures of both and their difference')
     options = parser.parse_args(arguments)
@@ -52,17 +50,21 @@ def parse(arguments: list[str] | None) -> argparse.Namespace:
         parser.error('--samples must be 4 or more, --repeat and --threads 1 or more, --bounces 0 or more')
     options.reference_samples = options.reference_samples or 4 * options.samples
     try:
-        names = options.scenes or scenes.DEMOS
-        options.sources = [scenes.find(name) for name in names if name not in EXTRAS]
-        options.extras = [name for name in names if name in EXTRAS]
+        names = options.scenes or (['three_lights'] if options.against else scenes.DEMOS)
+        options.sources = [scenes.find(name) for name in names if name not in synthetic.TESTS]
+        options.synthetic = [name for name in names if name in synthetic.TESTS]
     except ValueError as problem:
         parser.error(str(problem))
     return options
 
 
+def sample_counts(options: argparse.Namespace) -> list[int]:
+    return [options.samples // 4, options.samples // 2, options.samples]
+
+
 def bench_case(case: runner.Case, blender: int, options: argparse.Namespace) -> dict[str, Any]:
     """Both engines, one after the other, on one scene."""
-    counts = [options.samples // 4, options.samples // 2, options.samples]
+    counts = sample_counts(options)
     seeds = range(options.repeat)
     ours = 'COTORRA' if options.engine == 'COTORRA' else 'CYCLES again'
     renders, reference = runner.measure(
@@ -87,6 +89,48 @@ def bench_case(case: runner.Case, blender: int, options: argparse.Namespace) -> 
     }
 
 
+def bench_scenes(options: argparse.Namespace) -> list[dict[str, Any]]:
+    """Every scene with every number of bounces; a case that fails is told and does not stop the others."""
+    cases = []
+    for source in options.sources:
+        blender = None
+        for bounces in options.bounces:
+            case = runner.Case(source, bounces, options.size, options.threads, options.constants)
+            try:
+                blender = runner.blender_memory(case) if blender is None else blender
+                cases.append(bench_case(case, blender, options))
+            except (RuntimeError, OSError, ValueError) as problem:
+                cases.append(failed(f'{source.name}, {bounces} bounces', problem))
+    return cases
+
+
+def bench_peers(options: argparse.Namespace) -> list[dict[str, Any]]:
+    results = []
+    for source in options.sources:
+        for bounces in options.bounces:
+            case = runner.Case(source, bounces, options.size, options.threads, options.constants)
+            try:
+                results.append(peers.against_mitsuba(case, sample_counts(options), options.reference_samples))
+            except (RuntimeError, OSError, ValueError) as problem:
+                results.append(failed(f'{source.name}, {bounces} bounces, against {options.against}', problem))
+    return results
+
+
+def bench_synthetic(options: argparse.Namespace) -> list[dict[str, Any]]:
+    results = []
+    for name in options.synthetic:
+        try:
+            results.append(synthetic.TESTS[name](options.threads, options.engine, options.repeat))
+        except RuntimeError as problem:
+            results.append(failed(name, problem))
+    return results
+
+
+def failed(what: str, problem: Exception) -> dict[str, Any]:
+    print(f'{what} FAILED: {problem}\n', flush=True)
+    return {'case': what, 'error': str(problem)}
+
+
 def main(arguments: list[str] | None = None) -> int:
     """Exit status 1 where a case failed; a slow or differing image is a result, not a failure."""
     options = parse(arguments)
@@ -97,37 +141,17 @@ def main(arguments: list[str] | None = None) -> int:
         print(f'  {line}')
     print(report.RULES + '\n', flush=True)
 
-    cases = []
-    for source in options.sources:
-        blender = None
-        for bounces in options.bounces:
-            case = runner.Case(source, bounces, options.size, options.threads, options.constants)
-            try:
-                blender = runner.blender_memory(case) if blender is None else blender
-                cases.append(bench_case(case, blender, options))
-            except (RuntimeError, OSError, ValueError) as problem:
-                print(f'{source.name}, {bounces} bounces FAILED: {problem}\n', flush=True)
-                cases.append({'scene': source.name, 'bounces': bounces, 'error': str(problem)})
-    if cases:
-        print('Cycles over ours; greater is better for us, but for memory')
-        print(report.summary(cases))
-        print()
-    extras: dict[str, Any] = {}
-    for name in options.extras:
-        try:
-            if name == 'sync':
-                extras[name] = synthetic.sync(options.threads, options.engine, max(3, options.repeat))
-            else:
-                extras[name] = synthetic.instances(options.threads, options.engine)
-        except RuntimeError as problem:
-            print(f'{name} FAILED: {problem}\n', flush=True)
-            extras[name] = {'error': str(problem)}
+    if options.against:
+        results = {'against': bench_peers(options)}
+    else:
+        results = {'cases': bench_scenes(options), 'synthetic': bench_synthetic(options)}
+        if results['cases']:
+            print(report.summary(results['cases']) + '\n')
     print(f'{time.perf_counter() - began:.0f} s in all')
     if options.json:
-        options.json.write_text(
-            json.dumps({'machine': machine, 'rules': fair.RULES, 'cases': cases, 'extras': extras}, indent=1)
-        )
-    return int(any('error' in result for result in (*cases, *extras.values())))
+        everything = {'machine': machine, 'rules': fair.RULES, **results}
+        options.json.write_text(json.dumps(everything, indent=1))
+    return int(any('error' in result for part in results.values() for result in part))
 
 
 if __name__ == '__main__':

@@ -129,5 +129,5 @@ def verdict(
         'equal_error': equal,
         'equal_error_failed': failed,
         'same_image': {**same_numbers, 'holds': same.holds()},
-        'stats': renders[-1].stats,
+        'stats': max(renders, key=lambda render: render.samples).stats,
     }, same

@@ -75,6 +75,11 @@ def case_text(title: str, result: dict[str, Any], same: SameImage, pixels: int) 
         text[-1] += f' ({note}slopes {entry["slope_ours"]:.2f} and {entry["slope_cycles"]:.2f})'
     for entry in result['equal_error_failed']:
         text.append(f'  equal error ({entry["measure"]}, {entry["against"]}): none, {entry["reason"]}')
+    rays = result['stats'].get('rays')
+    if rays:
+        million = {kind: count / result['rows'][-1]['render'] / 1e6 for kind, count in rays.items()}
+        kinds = ', '.join(f'{kind} {value:.2f}' for kind, value in million.items())
+        text.append(f'  {sum(million.values()):.2f} million rays a second ({kinds})')
     bad = max(max(row['own']['bad'], row['cycles']['bad']) for row in result['rows'])
     if bad:
         text.append(f'  {bad} PIXELS WITH NaN OR INFINITY were left out')
@@ -86,11 +91,10 @@ def case_text(title: str, result: dict[str, Any], same: SameImage, pixels: int) 
 
 
 def summary(cases: list[dict[str, Any]]) -> str:
-    """One line a case: what the project promises, and whether it holds."""
+    """One line a case; the first four figures and the last are ratios, Cycles over ours but for memory."""
     lines = []
     for case in cases:
         if 'error' in case:
-            lines.append((case['scene'], str(case['bounces']), 'failed', '', '', '', '', '', ''))
             continue
         ratios = {(e['against'], e['measure']): e for e in case['equal_error']}
         own, theirs = ratios.get(('own', 'trimmed')), ratios.get(('cycles', 'trimmed'))
@@ -111,4 +115,4 @@ def summary(cases: list[dict[str, Any]]) -> str:
             )
         )
     head = ('scene', 'bounces', 'time ratio', 'whole', 'CPU', "Cycles' ref", 'tiles in 1 %', 'total', 'memory')
-    return table(head, lines)
+    return f'Cycles / ours at equal error (trimmed); memory: ours / Cycles\n{table(head, lines)}'

@@ -159,8 +159,8 @@ def measure(
         made = [
             {'samples': reference_samples, 'seed': seed, 'output': str(Path(work, half.name))} for seed, half in missing
         ]
-        result = run_worker(task_of(case, engine, jobs + made))
-        renders = [finished(engine, entry) for entry in result['renders'][: len(jobs)]]
+        done = run_worker(task_of(case, engine, jobs + made))['renders'] if jobs or made else []
+        renders = [finished(engine, entry) for entry in done[: len(jobs)]]
         folder.mkdir(parents=True, exist_ok=True)
         for (_, half), job in zip(missing, made, strict=True):
             # Written beside its place and moved, so that a benchmark that was stopped leaves no half of a half.

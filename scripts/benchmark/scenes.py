@@ -11,9 +11,10 @@ import sys
 from dataclasses import dataclass
 from pathlib import Path
 
+from cotorra.choices import DEMOS
+
 ROOT = Path(__file__).resolve().parent.parent.parent
 OPEN = ROOT.parent / 'shared' / 'scenes' / 'open'
-DEMOS = ('three_lights', 'box_room', 'material_grid')
 
 
 @dataclass(frozen=True, slots=True)

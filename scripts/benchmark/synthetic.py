@@ -26,11 +26,12 @@ def first_render(source: SceneSource, engine: str, threads: int) -> dict[str, An
 def sync(threads: int, engine: str, repeat: int) -> dict[str, Any]:
     """A smooth mesh with a UV map, from Blender's call to the first sample, what Blender itself takes subtracted."""
     source = SceneSource('grid', 'grid', number=TRIANGLES)
+    repeat = max(3, repeat)
     engines = ('BENCH_NULL', 'CYCLES', engine)
     runs = {name: [first_render(source, name, threads) for _ in range(repeat)] for name in engines}
     blender = median(run['whole'] for run in runs['BENCH_NULL'])
     blender_memory = median(run['memory_peak'] for run in runs['BENCH_NULL'])
-    result: dict[str, Any] = {'triangles': TRIANGLES, 'blender_seconds': blender, 'runs': runs}
+    result: dict[str, Any] = {'case': 'sync', 'triangles': TRIANGLES, 'blender_seconds': blender, 'runs': runs}
     lines = []
     for name in engines[1:]:
         whole = median(run['whole'] for run in runs[name]) - blender
@@ -56,7 +57,7 @@ def sync(threads: int, engine: str, repeat: int) -> dict[str, Any]:
     return result
 
 
-def instances(threads: int, engine: str) -> dict[str, Any]:
+def instances(threads: int, engine: str, _repeat: int) -> dict[str, Any]:
     """Bytes that an instance costs: peak with many, less peak with one, less what Blender itself takes for either."""
     one, many = (SceneSource('instances', 'instances', number=number) for number in (1, INSTANCES))
     engines = ('BENCH_NULL', 'CYCLES', engine)
@@ -64,7 +65,7 @@ def instances(threads: int, engine: str) -> dict[str, Any]:
         name: {'one': first_render(one, name, threads), 'many': first_render(many, name, threads)} for name in engines
     }
     extra = {name: run['many']['memory_peak'] - run['one']['memory_peak'] for name, run in runs.items()}
-    result: dict[str, Any] = {'instances': INSTANCES, 'runs': runs}
+    result: dict[str, Any] = {'case': 'instances', 'instances': INSTANCES, 'runs': runs}
     lines = []
     for name in engines[1:]:
         each = (extra[name] - extra['BENCH_NULL']) / (INSTANCES - 1)
@@ -76,3 +77,6 @@ def instances(threads: int, engine: str) -> dict[str, Any]:
     print(table(('engine', 'peak of the process', 'scene as the engine counts it'), lines))
     print('  (the peak moves by a megabyte or two from run to run, which is 10 to 20 bytes each)\n', flush=True)
     return result
+
+
+TESTS = {'sync': sync, 'instances': instances}

@@ -10,6 +10,7 @@ import contextlib
 import dataclasses
 import json
 import os
+import pickle
 import platform
 import resource
 import sys
@@ -30,8 +31,28 @@ class BenchNull(bpy.types.RenderEngine):
     bl_label = 'Nothing (benchmark)'
 
     def render(self, depsgraph: bpy.types.Depsgraph) -> None:
-        render = depsgraph.scene.render
-        self.end_result(self.begin_result(0, 0, render.resolution_x, render.resolution_y))
+        self.end_result(self.begin_result(0, 0, self.resolution_x, self.resolution_y))
+
+
+class BenchDump(bpy.types.RenderEngine):
+    """Writes what Cotorra exports into a file, for engines outside Blender; renders nothing."""
+
+    bl_idname = 'BENCH_DUMP'
+    bl_label = 'Export (benchmark)'
+    path = ''
+
+    def render(self, depsgraph: bpy.types.Depsgraph) -> None:
+        from cotorra import export
+        from cotorra.log import Log
+
+        log = Log()
+        scene = depsgraph.scene_eval
+        dump = {
+            'scene': dataclasses.asdict(export.export_scene(depsgraph, scene, depsgraph.view_layer_eval, log)),
+            'camera': dataclasses.asdict(export.export_camera(scene, scene.camera, log)),
+        }
+        Path(self.path).write_bytes(pickle.dumps(dump))
+        self.end_result(self.begin_result(0, 0, self.resolution_x, self.resolution_y))
 
 
 def memory(field: str) -> int:
@@ -113,12 +134,15 @@ def own_stats() -> dict[str, Any]:
 def main() -> None:
     task = json.loads(Path(sys.argv[1]).read_text())
     engine = task['engine']
-    if engine == 'COTORRA':
+    if engine == 'COTORRA' or task['source']['kind'] == 'demo':  # a demo is a scene set up for Cotorra
         import cotorra
 
         cotorra.register()
-    elif engine == 'BENCH_NULL':
+    if engine == 'BENCH_NULL':
         bpy.utils.register_class(BenchNull)
+    elif engine == 'BENCH_DUMP':
+        BenchDump.path = task['dump']
+        bpy.utils.register_class(BenchDump)
     scenes.build(scenes.SceneSource(**task['source']))
     cut = scenes.strip_textures() if task['constants'] else []
     fair.make_fair(bpy.context.scene, engine, task['bounces'], tuple(task['size']), task['threads'])
@@ -127,6 +151,8 @@ def main() -> None:
     first_sample = FirstSample()
     bpy.app.handlers.render_stats.append(first_sample)
     renders = [render(task, job, first_sample) for job in task['jobs']]
+    if engine == 'BENCH_DUMP' and not Path(task['dump']).is_file():
+        sys.exit('the export failed')  # Blender prints what an engine raises and goes on
     result = {
         'engine': engine,
         'blender': bpy.app.version_string,
