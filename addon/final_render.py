@@ -132,16 +132,18 @@ class RenderJob:
         self.reporter.phase('Synchronizing')
         began = time.perf_counter()
         camera_object = self.engine.camera_override or self.scene.camera
-        if camera_object is None:
-            raise RenderError(f'Scene "{self.scene.name}" has no camera')
-        region = settings.region(self.scene.render, self.engine, self.result)
-        camera = export.export_camera(self.scene, camera_object, self.log, region=region)
+        if camera_object is not None:
+            camera_object = camera_object.evaluated_get(self.depsgraph)
+        camera = export.export_camera(self.scene, camera_object, self.log)
         if camera is None:
-            raise RenderError(f'Camera "{camera_object.name}" cannot be rendered')
+            raise RenderError(f'Scene "{self.scene.name}" has no camera that can be rendered')
+        size = (self.result.resolution_x, self.result.resolution_y)
+        if camera.region[2:] != size:
+            raise ValueError(f'the camera renders {camera.region}, but Blender wants {size}')
         buffers = export.export_scene(self.depsgraph, self.scene, self.layer, self.log)
         sources = passes.native_sources(self.result, buffers.light_groups)
         render_settings = settings.render_settings(self.scene, self.layer, tuple(dict.fromkeys(sources.values())))
-        self.stats.describe(region, self.scene.cotorra.device, render_settings)
+        self.stats.describe(size, self.scene.cotorra.device, render_settings)
         self.stats.sync_seconds = time.perf_counter() - began
         self.memory.sample()
         self.log.checkpoint()

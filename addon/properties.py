@@ -12,6 +12,11 @@ from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, Po
 from .choices import BOUNCES_MAX, DEVICES, INTEGRATORS, SAMPLES_MAX, SEED_MAX
 
 
+def tag_scene(settings: bpy.types.PropertyGroup, _context: bpy.types.Context) -> None:
+    """Blender does not see changes of an add-on's properties: with persistent data it would render the old ones."""
+    settings.id_data.update_tag()
+
+
 class CotorraSceneSettings(bpy.types.PropertyGroup):
     samples: IntProperty(
         name='Samples',
@@ -20,6 +25,7 @@ class CotorraSceneSettings(bpy.types.PropertyGroup):
         min=1,
         max=SAMPLES_MAX,
         soft_max=4096,
+        update=tag_scene,
     )
     seed: IntProperty(
         name='Seed',
@@ -27,23 +33,27 @@ class CotorraSceneSettings(bpy.types.PropertyGroup):
         default=0,
         min=0,
         max=SEED_MAX,
+        update=tag_scene,
     )
     use_animated_seed: BoolProperty(
         name='Animate Seed',
         description='Add the frame number to the seed, so that the noise changes from frame to frame',
         default=False,
+        update=tag_scene,
     )
     integrator: EnumProperty(
         name='Integrator',
         description='How much of the light in the scene is followed',
         items=INTEGRATORS,
         default='DIRECT',
+        update=tag_scene,
     )
     device: EnumProperty(
         name='Device',
         description='What renders',
         items=DEVICES,
         default='CPU',
+        update=tag_scene,
     )
     max_bounces: IntProperty(
         name='Total',
@@ -52,6 +62,7 @@ class CotorraSceneSettings(bpy.types.PropertyGroup):
         min=0,
         max=BOUNCES_MAX,
         soft_max=32,
+        update=tag_scene,
     )
     diffuse_bounces: IntProperty(
         name='Diffuse',
@@ -60,6 +71,7 @@ class CotorraSceneSettings(bpy.types.PropertyGroup):
         min=0,
         max=BOUNCES_MAX,
         soft_max=32,
+        update=tag_scene,
     )
     glossy_bounces: IntProperty(
         name='Glossy',
@@ -68,6 +80,7 @@ class CotorraSceneSettings(bpy.types.PropertyGroup):
         min=0,
         max=BOUNCES_MAX,
         soft_max=32,
+        update=tag_scene,
     )
     transparent_bounces: IntProperty(
         name='Transparent',
@@ -76,11 +89,13 @@ class CotorraSceneSettings(bpy.types.PropertyGroup):
         min=0,
         max=BOUNCES_MAX,
         soft_max=32,
+        update=tag_scene,
     )
     use_adaptive_sampling: BoolProperty(
         name='Noise Threshold',
         description='Stop early in the parts of the image whose noise is already below the threshold',
         default=False,
+        update=tag_scene,
     )
     noise_threshold: FloatProperty(
         name='Noise Threshold',
@@ -90,6 +105,7 @@ class CotorraSceneSettings(bpy.types.PropertyGroup):
         max=1.0,
         soft_min=0.001,
         precision=4,
+        update=tag_scene,
     )
     adaptive_min_samples: IntProperty(
         name='Min Samples',
@@ -98,6 +114,7 @@ class CotorraSceneSettings(bpy.types.PropertyGroup):
         min=0,
         max=SAMPLES_MAX,
         soft_max=4096,
+        update=tag_scene,
     )
 
 
@@ -106,6 +123,7 @@ class CotorraViewLayerSettings(bpy.types.PropertyGroup):
         name='Sample Count',
         description='The part of the samples that each pixel took; below 1 where adaptive sampling stopped early',
         default=False,
+        update=tag_scene,
     )
 
 

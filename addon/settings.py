@@ -7,22 +7,10 @@ Reads the evaluated scene only, so that animated settings hold for the frame tha
 from __future__ import annotations
 
 import bpy
-import numpy as np
 
 from . import passes
 from .export.buffers import RenderSettings
 from .log import Log
-
-
-def region(
-    render: bpy.types.RenderSettings, engine: bpy.types.RenderEngine, result: bpy.types.RenderResult
-) -> tuple[int, int, int, int]:
-    """x0, y0, width and height of the rendered part of the picture. Blender cuts borders in single precision."""
-    x0 = y0 = 0
-    if render.use_border:
-        x0 = int(np.float32(render.border_min_x) * np.float32(engine.resolution_x))
-        y0 = int(np.float32(render.border_min_y) * np.float32(engine.resolution_y))
-    return x0, y0, result.resolution_x, result.resolution_y
 
 
 def render_settings(

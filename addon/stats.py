@@ -50,9 +50,9 @@ class LayerStats:
     error: str = ''
     warnings: list[str] = field(default_factory=list)
 
-    def describe(self, region: tuple[int, int, int, int], device: str, settings: RenderSettings) -> None:
+    def describe(self, size: tuple[int, int], device: str, settings: RenderSettings) -> None:
         """What is about to be rendered."""
-        self.width, self.height = region[2:]
+        self.width, self.height = size
         self.device = device
         self.integrator = settings.integrator
         self.threads = settings.threads

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Makes the package `cotorra` importable where it is not installed: it is the folder addon/.
+"""Makes the package `cotorra` importable where it is not installed (it is the folder addon/), and registers the engine.
 
 Test data are not made here, but in tests/scenes.
 """
@@ -8,7 +8,10 @@ from __future__ import annotations
 
 import importlib.util
 import sys
+from collections.abc import Iterator
 from pathlib import Path
+
+import pytest
 
 ADDON = Path(__file__).resolve().parent.parent / 'addon'
 
@@ -24,3 +27,25 @@ def _import_addon_folder() -> None:
 
 if importlib.util.find_spec('cotorra') is None:
     _import_addon_folder()
+
+
+@pytest.fixture(scope='session')
+def engine() -> Iterator[None]:
+    """Cotorra is registered in this process's Blender."""
+    import cotorra
+
+    cotorra.register()
+    yield
+    cotorra.unregister()
+
+
+@pytest.fixture
+def fake(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The native module is replaced by the one that renders nothing."""
+    from cotorra import native
+
+    import fake_native
+
+    fake_native.reset()
+    monkeypatch.setattr(native, 'load', lambda: fake_native)
+    monkeypatch.setattr(native, 'embree_library', lambda: 'libembree4.so')

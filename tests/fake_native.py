@@ -6,20 +6,20 @@ For tests of what the engine does around a render; no test of an image may use i
 
 from __future__ import annotations
 
-import os
 import threading
 import time
 
 import numpy as np
 
-# Knobs; a test of a subprocess sets them through the environment: COTORRA_FAKE="fail_in=render build_seconds=5".
+# Knobs.
 fail_in = ''  # 'scene', 'session', 'render' or 'read'
 build_seconds = 0.0
 sample_seconds = 0.0
-value = 0.5
+read_seconds = 0.0
 
+# What happened.
 reads: list[str] = []
-cancelled_after: list[float] = []
+sessions: list[Session] = []
 
 
 class Cancelled(Exception):
@@ -27,9 +27,16 @@ class Cancelled(Exception):
 
 
 def configure(text: str) -> None:
+    """Set knobs, such as 'fail_in=render build_seconds=5'."""
     for item in text.split():
         name, _, setting = item.partition('=')
         globals()[name] = type(globals()[name])(setting)
+
+
+def reset() -> None:
+    configure('fail_in= build_seconds=0 sample_seconds=0 read_seconds=0')
+    reads.clear()
+    sessions.clear()
 
 
 class Scene:
@@ -52,8 +59,8 @@ class Session:
         if fail_in == 'session':
             raise RuntimeError('no session today')
         self.camera, self.settings = camera, settings
+        sessions.append(self)
         self._stop = threading.Event()
-        self._stop_time = 0.0
         self._samples = 0
         self._thread = threading.Thread(target=self._work, daemon=True)
 
@@ -73,8 +80,6 @@ class Session:
         return not self._thread.is_alive()
 
     def cancel(self):
-        if not self._stop.is_set():
-            self._stop_time = time.perf_counter()
         self._stop.set()
 
     def progress(self):
@@ -89,19 +94,18 @@ class Session:
         assert out.dtype == np.float32 and out.flags.c_contiguous
         assert out.shape[:2] == self.camera.region[:1:-1], (out.shape, self.camera.region)
         reads.append(name)
-        out[...] = self._samples if name == 'sample_count' else value
+        time.sleep(read_seconds)
+        out[...] = self._samples if name == 'sample_count' else 0.5
         # The lower left pixel is darker, so that a picture upside down is seen.
         out[0, 0] = 0.0
 
     def stats(self):
+        width, height = self.camera.region[2:]
         return {
             'render_seconds': 0.0,
-            'rays': {'camera': 0, 'shadow': 0, 'bounce': 0},
+            'rays': {'camera': self._samples * width * height, 'shadow': 0, 'bounce': 0},
             'samples': self._samples,
             'memory_bytes': 0,
             'features': ['fake'],
-            'left_out': [],
+            'left_out': ['real pixels: this is a fake'],
         }
-
-
-configure(os.environ.get('COTORRA_FAKE', ''))
