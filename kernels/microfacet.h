@@ -45,14 +45,14 @@ FN float ior_from_F0(float f0) {
   return (1.0f + r) / (1.0f - r);
 }
 
-// Fresnel's equations for unpolarised light on a dielectric (Cook & Torrance 1982, p. 14), eta inside over outside; c2
-// is c squared. With g = 0 beyond the critical angle both fractions square to 1: total reflection needs no case of its
-// own.
+// Fresnel's equations for unpolarised light on a dielectric; eta inside over outside, c2 = c squared, c above 0.
+// g is eta times the cosine inside. Beyond the critical angle it is 0 and both fractions square to 1: total reflection.
 FN float F_Dielectric(float c, float c2, float eta) {
-  const float g = sqrt(max(eta * eta - 1.0f + c2, 0.0f));
-  const float a = (g - c) / (g + c);
-  const float b = (c * (g + c) - 1.0f) / (c * (g - c) + 1.0f);
-  return 0.5f * a * a * (1.0f + b * b);
+  const float eta2 = eta * eta;
+  const float g = sqrt(max(eta2 - 1.0f + c2, 0.0f));
+  const float s = (c - g) / (c + g);
+  const float p = (eta2 * c - g) / (eta2 * c + g);
+  return 0.5f * (s * s + p * p);
 }
 
 // Mean of 2 c F_Dielectric(c) over c in 0..1 (Kulla & Conty 2017, fit).

@@ -14,26 +14,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+import kernel_source as kernels
 from native_build import BUILD, build, build_program
 
 DIFFUSE, GLOSSY, SINGULAR = 1, 2, 4
 SPECULAR_FLAG, DIFFUSE_FLAG, MULTI_GGX_FLAG = 2, 4, 16
-
-MATERIAL = np.dtype(
-    [
-        ('base_color', 'f4', 3),
-        ('metallic', 'f4'),
-        ('specular_tint', 'f4', 3),
-        ('roughness', 'f4'),
-        ('emission', 'f4', 3),
-        ('ior', 'f4'),
-        ('specular_level', 'f4'),
-        ('alpha', 'f4'),
-        ('flags', 'u4'),
-        ('pass_index', 'i4'),
-    ]
-)
-SAMPLE = np.dtype([('wi', 'f4', 3), ('pdf', 'f4'), ('weight', 'f4', 3), ('lobe', 'u4')])
 
 
 def materials(count: int = 1, **values: object) -> np.ndarray:
@@ -48,7 +33,7 @@ def materials(count: int = 1, **values: object) -> np.ndarray:
         'alpha': 1.0,
         'flags': SPECULAR_FLAG | DIFFUSE_FLAG | MULTI_GGX_FLAG,
     }
-    result = np.zeros(count, MATERIAL)
+    result = np.zeros(count, kernels.dtype_of('Material'))
     for name, value in {**defaults, **values}.items():
         result[name] = value
     return result
@@ -122,7 +107,7 @@ class Lobes:
 
     def sample(self, u: np.ndarray) -> np.ndarray:
         u = np.ascontiguousarray(u, np.float32)
-        samples = np.empty(len(u), SAMPLE)
+        samples = np.empty(len(u), kernels.dtype_of('BsdfSample'))
         library().test_sample(self._inputs(len(u)), _pointer(u), _pointer(samples))
         return samples
 

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Cycles as a measuring instrument: renders one facet a pixel, each with its own material and orientation.
 
-Facets float in a plane of pixels under an orthographic camera that looks along -Z, so the direction to the viewer is +Z;
-they cast no shadows and are seen by the camera only. It knows nothing of Cotorra.
+Facets float in a plane of pixels under an orthographic camera that looks along -Z, so the viewer is toward +Z; they
+cast no shadows and are seen by the camera only. It knows nothing of Cotorra.
 """
 
 from __future__ import annotations
@@ -27,7 +27,6 @@ SOCKETS = {
 
 def _material(distribution: str) -> bpy.types.Material:
     material = bpy.data.materials.new('facets')
-    material.use_nodes = True
     tree = material.node_tree
     tree.nodes.clear()
     output = tree.nodes.new('ShaderNodeOutputMaterial')
@@ -69,13 +68,13 @@ def render(
     samples: int = 1,
     distribution: str = 'MULTI_GGX',
 ) -> dict[str, np.ndarray]:
-    """Radiance of each facet and its passes, (count, 3) each: under a sun of irradiance 1 toward `sun`, else in a white world.
+    """Radiance and passes of each facet, (count, 3) each, under a sun of irradiance 1 toward `sun` or in a white world.
 
     facet: materials with the fields of SOCKETS, a square number of them. normals: (count, 3), z above 0.
     """
-    side = int(round(len(facet) ** 0.5))
+    side = round(len(facet) ** 0.5)
     assert side * side == len(facet)
-    bpy.ops.wm.read_factory_settings(use_empty=True)
+    bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
     scene = bpy.context.scene
     mesh = _facets(facet, normals, side)
     mesh.materials.append(_material(distribution))
@@ -85,7 +84,6 @@ def render(
     scene.collection.objects.link(thing)
 
     world = bpy.data.worlds.new('world')
-    world.use_nodes = True
     world.node_tree.nodes['Background'].inputs['Strength'].default_value = 0.0 if sun is not None else 1.0
     world.node_tree.nodes['Background'].inputs['Color'].default_value = (1, 1, 1, 1)
     world.cycles.sampling_method = 'NONE'
