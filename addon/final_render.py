@@ -45,7 +45,7 @@ def render_view_layer(engine: bpy.types.RenderEngine, depsgraph: bpy.types.Depsg
 
         def should_stop() -> bool:
             watcher = watch.active
-            return interrupt.is_set() or engine.test_break() or (watcher is not None and watcher.stop)
+            return interrupt.is_set() or stop_asked(engine) or (watcher is not None and watcher.stop)
 
         job = RenderJob(engine, depsgraph, Log(message_sink(engine), should_stop))
         try:
@@ -53,7 +53,7 @@ def render_view_layer(engine: bpy.types.RenderEngine, depsgraph: bpy.types.Depsg
             job.run()
         except Cancelled:
             job.stats.interrupted = True
-            if not engine.test_break():  # else Blender stopped it itself, and knows
+            if not stop_asked(engine):  # else Blender stopped it itself, and knows
                 if not job.frame_has_pixels():
                     error = 'Stopped before anything was rendered'
                 elif interrupt.is_set():
@@ -71,6 +71,11 @@ def render_view_layer(engine: bpy.types.RenderEngine, depsgraph: bpy.types.Depsg
             error = error or f'{type(failure).__name__}: {failure}'
     if error:
         engine.report({'ERROR'}, f'Cotorra: {error}')
+
+
+def stop_asked(engine: bpy.types.RenderEngine) -> bool:
+    """Whether the user stopped the render in Blender: Esc in the window, Ctrl-C at `blender -b`."""
+    return engine.test_break()
 
 
 def message_sink(engine: bpy.types.RenderEngine) -> Callable[[str, str], None]:

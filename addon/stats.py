@@ -9,9 +9,10 @@ from __future__ import annotations
 import sys
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from .export.buffers import RenderSettings
+if TYPE_CHECKING:
+    from .export.buffers import RenderSettings
 
 
 @dataclass(slots=True)

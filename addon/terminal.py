@@ -30,6 +30,7 @@ class TerminalWatcher(Watcher):
         self._blocks = '█░' if (out.encoding or '').lower().replace('-', '') == 'utf8' else '#.'
         self._line = ''
         self._next_sparse = 0.0
+        self._told: set[tuple[str, str]] = set()
 
     def progress(self, state: Progress) -> None:
         done = state.phase == 'Rendering' and state.fraction >= 1.0
@@ -39,14 +40,15 @@ class TerminalWatcher(Watcher):
                 self._end_line()
             return
         now = time.perf_counter()
-        if state.phase != 'Rendering':
-            self._next_sparse = now + SPARSE_SECONDS
-        elif done or now >= self._next_sparse:
-            self._next_sparse = now + SPARSE_SECONDS
+        if state.phase != 'Rendering' or done or now >= self._next_sparse:
             self._print(self._words(state))
+            self._next_sparse = now + SPARSE_SECONDS
 
     def message(self, level: str, text: str) -> None:
-        self._print(f'{level.capitalize()}: {text}')
+        """Print a message, once however many view layers and frames repeat it."""
+        if (level, text) not in self._told:
+            self._told.add((level, text))
+            self._print(f'{level.capitalize()}: {text}')
 
     def note(self, text: str) -> None:
         self._print(text)

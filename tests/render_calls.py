@@ -6,7 +6,6 @@ Scenes are made in tests/scenes, and judged in the tests.
 
 from __future__ import annotations
 
-import os
 import subprocess
 import sys
 from pathlib import Path
@@ -46,21 +45,19 @@ def read_exr(path: Path) -> dict[str, dict[str, np.ndarray]]:
     return found
 
 
-def run_cli(*arguments: object, fake: str | None = None, start_only: bool = False) -> subprocess.Popen[str]:
-    """`cotorra ARGUMENTS` in a process of its own; with the native module replaced where `fake` configures one."""
+def start_cli(*arguments: object, fake: str | None = None) -> subprocess.Popen[str]:
+    """Start `cotorra ARGUMENTS` in a process of its own; `fake` puts the stand-in in the native module's place."""
     lines = [f'import sys; sys.path.insert(0, {str(TESTS)!r})', 'import conftest']
     if fake is not None:
-        lines += [
-            'import fake_native',
-            "sys.modules['cotorra_native'] = fake_native",
-            f'fake_native.configure({fake!r})',
-        ]
+        lines += ['import fake_native', "sys.modules['cotorra_native'] = fake_native"]
+        lines += [f'fake_native.configure({fake!r})']
     lines += ['from cotorra.cli import main', 'sys.exit(main())']
-    process = subprocess.Popen(
-        [sys.executable, '-c', '\n'.join(lines), *map(str, arguments)],
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-        env={**os.environ, 'PYTHONUNBUFFERED': '1'},
-    )
-    return process
+    command = [sys.executable, '-c', '\n'.join(lines), *map(str, arguments)]
+    return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+
+
+def run_cli(*arguments: object, fake: str | None = None) -> tuple[int, str]:
+    """Exit code of `cotorra ARGUMENTS`, and what it wrote to stderr."""
+    process = start_cli(*arguments, fake=fake)
+    _, errors = process.communicate(timeout=120)
+    return process.returncode, errors
