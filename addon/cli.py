@@ -171,7 +171,9 @@ def open_scene(options: argparse.Namespace) -> bpy.types.Scene:
     except RuntimeError as error:
         raise CommandError(f'{options.file}: {blender_words(error)}') from error
     if bpy.app.autoexec_fail:
-        watch.active.message('WARNING', f'{options.file}: its Python scripts were not run ({bpy.app.autoexec_message})')
+        watch.active.message(
+            'WARNING', f'{options.file}: its Python scripts were not run ({bpy.app.autoexec_fail_message})'
+        )
     return bpy.context.scene
 
 
@@ -195,8 +197,13 @@ def apply(options: argparse.Namespace, scene: bpy.types.Scene) -> None:
         render.threads_mode = 'FIXED' if options.threads else 'AUTO'
         render.threads = max(1, options.threads)
     if options.size is not None:
-        render.resolution_x, render.resolution_y = options.size
-        render.resolution_percentage = 100
+        # Blender's resolutions begin at 4: a smaller picture is a quarter of one that is not.
+        factor = 4 if min(options.size) < 4 else 1
+        wanted = (factor * options.size[0], factor * options.size[1])
+        render.resolution_x, render.resolution_y = wanted
+        render.resolution_percentage = 100 // factor
+        if (render.resolution_x, render.resolution_y) != wanted:
+            raise CommandError(f'Blender cannot render a picture of {options.size[0]}×{options.size[1]} pixels')
     if render.use_multiview:
         watch.active.message('WARNING', f'Scene "{scene.name}": of its stereo views one picture is rendered')
         render.use_multiview = False
@@ -242,6 +249,7 @@ def render_frame(scene: bpy.types.Scene, frame: int, path: Path, watcher: Termin
         raise CommandError(f'{path} is not written, scene "{scene.name}" renders none of its view layers')
     if modified(path) == old:
         raise CommandError(f'{path}: Blender did not write the image')
+    require_whole(path)
     seconds = time.perf_counter() - began
     last = layers[-1]
     samples = f'{last.samples_done} of {last.samples}' if last.interrupted else str(last.samples)
@@ -279,6 +287,22 @@ def require_writable(path: Path) -> None:
             path.unlink()
     except OSError as error:
         raise CommandError(f'{path}: cannot be written: {error.strerror}') from error
+
+
+def require_whole(path: Path) -> None:
+    """Fail if the image breaks off: where the disk is full, Blender writes half an image and tells of success."""
+    import OpenImageIO as oiio
+
+    image = oiio.ImageInput.open(str(path))
+    part = 0
+    while image is not None and image.seek_subimage(part, 0):
+        part += 1
+        spec = image.spec()
+        if image.read_scanline(spec.y + spec.height - 1, 0, 'float') is None:
+            part = 0
+            break
+    if part == 0:
+        raise CommandError(f'{path}: the image was not written to its end; is there space left?')
 
 
 def modified(path: Path) -> tuple[int, int] | None:
