@@ -29,12 +29,13 @@ FN float albedo_ior_axis(float ior) { return sqrt(abs((ior - 1.0f) / (ior + 1.0f
 // Linear interpolation between two neighbours of a row.
 FN float albedo_row(FloatBuffer table, uint i, float t) { return mix(LOAD(table, i), LOAD(table, i + 1u), t); }
 
-// Cell of a coordinate on an axis of `nodes` nodes; the last cell holds its upper end.
+// Cell of a coordinate on an axis of `nodes` nodes, and the place in it; the last cell holds its upper end.
 FN uint albedo_cell(float x, uint nodes, OUT(float) t) {
   const float s = clamp(x, 0.0f, 1.0f) * float(nodes - 1u);
-  const uint cell = min(uint(s), nodes - 2u);
+  // Signed, which processors convert in one instruction.
+  const int cell = min(int(s), int(nodes) - 2);
   t = s - float(cell);
-  return cell;
+  return uint(cell);
 }
 
 // Reflectance of GGX toward cosine mu, and its mean.
