@@ -23,27 +23,27 @@ const float BSDF_WEIGHT_CUTOFF = 1e-5f;
 // The lobes at one shading point, toward one viewer. Metal and dielectric share D and V; only Fresnel differs.
 // Weights are multiplied in, multiple scattering included.
 struct Bsdf {
-  vec3 n;            // shading normal
-  float p_glossy;    // probability with which bsdf_sample takes the glossy lobe
-  vec3 diffuse;      // albedo / pi
-  float no;          // dot(n, wo)
-  vec3 metal_f0;     // F_Schlick82
+  vec3 n;  // shading normal
+  float p_glossy;  // probability with which bsdf_sample takes the glossy lobe
+  vec3 diffuse;  // albedo / pi
+  float no;  // dot(n, wo)
+  vec3 metal_f0;  // F_Schlick82
   float alpha2;
   vec3 metal_range;
-  float s_o;         // S_SmithGGX of the viewer
+  float s_o;  // S_SmithGGX of the viewer
   vec3 metal_edge;
-  float eta;         // of the dielectric
-  vec3 coating_f0;   // dielectric: the user's F0
+  float eta;  // of the dielectric
+  vec3 coating_f0;  // dielectric: the user's F0
   float fresnel_f0;  // F_Dielectric at normal incidence
   vec3 coating_f90;  // dielectric: (1 - the user's F0) / (1 - fresnel_f0)
-  uint lobes;        // BSDF_*: what bsdf_eval finds, and BSDF_SINGULAR where only bsdf_sample can
+  uint lobes;  // BSDF_*: what bsdf_eval finds, and BSDF_SINGULAR where only bsdf_sample can
 };
 
 struct BsdfSample {
   vec3 wi;
-  float pdf;    // of all lobes together, solid angle; of a mirror: the probability of its choice; 0: no sample
+  float pdf;  // of all lobes together, solid angle; of a mirror: the probability of its choice; 0: no sample
   vec3 weight;  // f cos / pdf
-  uint lobe;    // BSDF_DIFFUSE or BSDF_GLOSSY, with BSDF_SINGULAR or without
+  uint lobe;  // BSDF_DIFFUSE or BSDF_GLOSSY, with BSDF_SINGULAR or without
 };
 
 // Index of refraction of the dielectric layer, and its F0, after "Specular IOR Level"; at 1 there is no layer.
@@ -78,9 +78,9 @@ FN uint principled_flags(IN(Material) material) {
 
 // The energy that single scattering on a rough surface loses.
 struct Multiscatter {
-  float single;   // albedo of single scattering with F = 1
+  float single;  // albedo of single scattering with F = 1
   float missing;  // (1 - single) / single
-  float mean;     // mean of `single` over the hemisphere
+  float mean;  // mean of `single` over the hemisphere
 };
 
 // Single and multiple scattering over single scattering (Kulla & Conty 2017): 1 + F_ms (1 - E) / E.
