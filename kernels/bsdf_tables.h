@@ -31,7 +31,8 @@ FN float albedo_row(FloatBuffer table, uint i, float t) { return mix(LOAD(table,
 
 // Cell of a coordinate on an axis of `nodes` nodes, and the place in it; the last cell holds its upper end.
 FN uint albedo_cell(float x, uint nodes, OUT(float) t) {
-  const float s = clamp(x, 0.0f, 1.0f) * float(nodes - 1u);
+  // In this order of arguments a NaN, as of a degenerate normal, becomes 0 and reads nothing out of bounds.
+  const float s = min(max(0.0f, x), 1.0f) * float(nodes - 1u);
   // Signed, which processors convert in one instruction.
   const int cell = min(int(s), int(nodes) - 2);
   t = s - float(cell);

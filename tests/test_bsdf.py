@@ -294,6 +294,14 @@ def test_hostile_input_gives_numbers() -> None:
         assert all(np.isfinite(part).all() for part in lobes.albedo())
 
 
+def test_degenerate_directions_read_in_bounds() -> None:
+    """A NaN from a degenerate mesh may spoil its sample, but must not crash."""
+    for n, wo in ((np.full(3, np.nan), NORMAL), (NORMAL, np.full(3, np.nan)), (np.zeros(3), NORMAL)):
+        lobes = bsdf.Lobes(bsdf.materials(2, metallic=(0.0, 1.0), roughness=(0.3, np.nan)), n, wo)
+        assert len(lobes.sample(lattice(10))) == 10
+        assert len(lobes.evaluate(NORMAL)[0]) == 2
+
+
 def test_flags_name_the_lobes_that_are_there() -> None:
     S, D = bsdf.SPECULAR_FLAG, bsdf.DIFFUSE_FLAG
     cases = [
