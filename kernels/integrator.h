@@ -78,7 +78,9 @@ FN vec3 path_meet_light(IN(SceneData) scene, uint index, IN(PathState) path, vec
   const bool seen = (light.visibility & path.ray_kind) != 0u && (light.flags & LIGHT_VISIBLE) != 0u &&
                     path.bounce <= light.max_bounces;
   if (!seen || !light_intersect(light, origin, direction, t_max, path.normal, radiance, pdf)) return vec3(0.0f);
-  if (path.bounce > 0u && (light.flags & LIGHT_USE_MIS) == 0u) return vec3(0.0f);  // light sampling brings all of it
+  // Where light sampling brings all of it, a bounce must not bring it again.
+  const bool shared_work = FEATURE(FEATURE_BSDF_RAYS) && (light.flags & LIGHT_USE_MIS) != 0u;
+  if (path.bounce > 0u && !shared_work) return vec3(0.0f);
   return path.throughput * radiance * found_weight(path, pdf);
 }
 
@@ -99,19 +101,20 @@ FN vec3 path_emission(IN(SceneData) scene, IN(PathState) path, IN(Surface) s, IN
 }
 
 // Amount by which a shadow ray's start is lifted onto the smooth surface, 0 to 1: full where the light is about to set
-// behind the flat triangle, nothing where it stands high (Cycles' "geometry offset", cutoff 0.1 by default).
+// behind the flat triangle, nothing where it stands high (Cycles' "geometry offset", cutoff 0.1 by default). 0 for a
+// cutoff of 0.
 FN float terminator_amount(float cutoff, float n_wi, float ng_wi) {
   const float a = abs(n_wi);
-  const float g = n_wi < 0.0f ? -ng_wi : ng_wi;
-  return clamp(a < cutoff ? 2.0f - (g + a) / cutoff : 1.0f - g / cutoff, 0.0f, 1.0f);
+  const float g = select(n_wi < 0.0f, -ng_wi, ng_wi);
+  const float inverse = 1.0f / max(cutoff, 1e-6f);
+  const float amount = select(a < cutoff, 2.0f - (g + a) * inverse, 1.0f - g * inverse);
+  return select(cutoff > 0.0f, clamp(amount, 0.0f, 1.0f), 0.0f);
 }
 
 FN vec3 shadow_ray_origin(IN(SceneData) scene, IN(Surface) s, vec3 wi) {
-  vec3 origin = surface_ray_origin(s, wi);
-  if ((s.flags & SURFACE_SMOOTH) != 0u && s.terminator > 0.0f) {
-    const float amount = terminator_amount(s.terminator, dot(s.n, wi), dot(s.ng, wi));
-    if (amount > 0.0f) origin += surface_smooth_lift(scene, s) * amount;
-  }
+  const float amount = terminator_amount(s.terminator, dot(s.n, wi), dot(s.ng, wi));
+  vec3 origin = surface_ray_origin(s.p, s.ng, s.epsilon, wi);
+  if (amount > 0.0f) origin += surface_smooth_lift(scene, s.instance, s.triangle, s.u, s.v, s.ng) * amount;
   return origin;
 }
 
@@ -123,27 +126,40 @@ FN vec3 visible_bsdf(IN(Bsdf) bsdf, vec3 wo, vec3 wi, uint visibility, OUT(float
          select((visibility & VISIBLE_GLOSSY) != 0u, glossy, vec3(0.0f));
 }
 
-// One sample of lamp `index`. Returns false where nothing can arrive. `scale` is 1 / probability of having chosen it.
+// What one sample of a lamp brings to the surface if nothing stands between. Without branches on the point, so that a
+// loop over many points vectorises. `scale` is 1 / probability of having chosen the lamp.
+FN vec3 light_contribution(IN(Light) light, IN(LightSample) l, IN(Bsdf) bsdf, vec3 wo, vec3 throughput, float scale) {
+  float bsdf_pdf;
+  const vec3 f = visible_bsdf(bsdf, wo, l.wi, light.visibility, bsdf_pdf);
+  float weight = scale;
+  if (FEATURE(FEATURE_BSDF_RAYS) && light.radius > 0.0f && (light.flags & LIGHT_USE_MIS) != 0u) {
+    weight *= power_heuristic(l.pdf, bsdf_pdf);
+  }
+  return throughput * f * l.weight * weight;
+}
+
+// The shadow ray of a lamp's sample. Returns false where there is nothing to bring.
+FN bool light_shadow_ray(IN(SceneData) scene, IN(Light) light, IN(Surface) s, uint bounce, vec3 wi, float distance,
+                         vec3 contribution, OUT(ShadowRay) ray) {
+  ray.contribution = contribution;
+  ray.direction = wi;
+  ray.t_max = distance;
+  ray.group = light.group;
+  ray.visibility = select((light.flags & LIGHT_CAST_SHADOW) != 0u, VISIBLE_SHADOW, 0u);
+  ray.origin = s.p;
+  if (bounce > light.max_bounces || !(max_component(contribution) > 0.0f)) return false;
+  ray.origin = shadow_ray_origin(scene, s, wi);
+  return true;
+}
+
+// One sample of lamp `index`. Returns false where nothing can arrive.
 FN bool path_sample_light(IN(SceneData) scene, uint index, IN(PathState) path, IN(Surface) s, IN(Bsdf) bsdf, vec3 wo,
                           vec2 u, float scale, OUT(ShadowRay) ray) {
   const Light light = LOAD(scene.lights, index);
   LightSample l;
   light_sample(light, s.p, s.n, u, l);
-  float bsdf_pdf;
-  const vec3 f = visible_bsdf(bsdf, wo, l.wi, light.visibility, bsdf_pdf);
-  float weight = scale;
-  if (FEATURE(FEATURE_BSDF_RAYS) && l.pdf > 0.0f && (light.flags & LIGHT_USE_MIS) != 0u) {
-    weight *= power_heuristic(l.pdf, bsdf_pdf);
-  }
-  ray.contribution = path.throughput * f * l.weight * weight;
-  ray.direction = l.wi;
-  ray.t_max = l.distance;
-  ray.group = light.group;
-  ray.visibility = select((light.flags & LIGHT_CAST_SHADOW) != 0u, VISIBLE_SHADOW, 0u);
-  ray.origin = s.p;
-  if (path.bounce > light.max_bounces || !(max_component(ray.contribution) > 0.0f)) return false;
-  ray.origin = shadow_ray_origin(scene, s, l.wi);
-  return true;
+  const vec3 contribution = light_contribution(light, l, bsdf, wo, path.throughput, scale);
+  return light_shadow_ray(scene, light, s, path.bounce, l.wi, l.distance, contribution, ray);
 }
 
 // A quick bound of what lamp `index` may contribute at the surface, to choose lamps by.
@@ -252,7 +268,7 @@ FN bool path_bounce(IN(IntegratorData) integrator, INOUT(PathState) path, IN(Sur
     if (u_choice.y >= survival) return false;
     path.throughput = path.throughput / survival;
   }
-  origin = surface_ray_origin(s, b.wi);
+  origin = surface_ray_origin(s.p, s.ng, s.epsilon, b.wi);
   return max_component(path.throughput) > 0.0f;
 }
 

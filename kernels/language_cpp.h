@@ -112,6 +112,11 @@ FN T select(bool condition, T if_true, T if_false) {
   return condition ? if_true : if_false;
 }
 
+// By components: a choice between two structs in memory would keep a loop from vectorising.
+FN vec3 select(bool condition, vec3 a, vec3 b) {
+  return {condition ? a.x : b.x, condition ? a.y : b.y, condition ? a.z : b.z};
+}
+
 FN uint floatBitsToUint(float a) { return std::bit_cast<uint>(a); }
 FN int floatBitsToInt(float a) { return std::bit_cast<int>(a); }
 FN float uintBitsToFloat(uint a) { return std::bit_cast<float>(a); }

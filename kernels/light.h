@@ -41,39 +41,36 @@ FN float point_light_distance(IN(Light) light, float d, float c) {
   return select(disk, d / max(c, 1e-6f), select(d * d > r2, d * c - root, d * c + root));
 }
 
-// Point and spot lights. `n` serves only where the point lies inside a spherical light.
+// Point and spot lights. `n` serves only where the point lies inside a spherical light: light comes from all around
+// there, and the cosine about the normal is all that is left to sample. Selects instead of branches: a loop over many
+// points vectorises.
 FN void point_light_sample(IN(Light) light, vec3 p, vec3 n, vec2 u, OUT(LightSample) s) {
-  float d;
-  const vec3 axis = safe_normalize(light.position - p, d);
-  const float d2 = d * d;
+  const vec3 to_light = light.position - p;
+  const float d2 = max(dot(to_light, to_light), 1e-20f);
+  const float d = sqrt(d2);
+  const vec3 axis = to_light * (1.0f / d);
   s.wi = axis;
   s.distance = d;
   s.pdf = 0.0f;
-  float scale = 1.0f / max(d2, 1e-20f);
+  float scale = 1.0f / d2;
+  bool inside = false;
   if (FEATURE(FEATURE_SOFT_LIGHTS) && light.radius > 0.0f) {
-    const bool inside = (light.flags & LIGHT_SOFT_FALLOFF) == 0u && d <= light.radius;
-    vec3 frame = axis;
-    vec3 local;
+    inside = (light.flags & LIGHT_SOFT_FALLOFF) == 0u && d <= light.radius;
+    const float h = point_light_cap(light, d2);
+    const vec2 disk = disk_from_square(u);
+    const float r2 = dot(disk, disk);
+    const float cosine = sqrt(max(1.0f - r2, 0.0f));
+    const float spread = select(inside, 1.0f, sqrt(h * max(2.0f - h * r2, 0.0f)));
+    const vec3 frame = select(inside, n, axis);
     vec3 t;
     vec3 b;
-    if (inside) {
-      // Light from all around: the cosine about the normal is all that is left to sample.
-      frame = n;
-      local = cosine_hemisphere_from_square(u);
-      s.pdf = max(local.z, 1e-6f) * INV_PI;
-    } else {
-      const float h = point_light_cap(light, d2);
-      local = cone_from_square(u, h);
-      s.pdf = 1.0f / max(2.0f * PI * h, 1e-30f);
-    }
     orthonormal_basis(frame, t, b);
-    s.wi = to_world(local, t, b, frame);
+    s.wi = to_world(vec3(disk.x * spread, disk.y * spread, select(inside, cosine, 1.0f - h * r2)), t, b, frame);
     s.distance = point_light_distance(light, d, dot(s.wi, axis));
+    s.pdf = select(inside, max(cosine, 1e-6f) * INV_PI, 1.0f / max(2.0f * PI * h, 1e-30f));
     scale = 1.0f / s.pdf;
-    if (light.type == LIGHT_SPOT && !inside) scale *= spot_attenuation(light, s.wi);
-  } else if (light.type == LIGHT_SPOT) {
-    scale *= spot_attenuation(light, s.wi);
   }
+  if (light.type == LIGHT_SPOT) scale *= max(spot_attenuation(light, s.wi), select(inside, 1.0f, 0.0f));
   s.weight = light.radiance * scale;
 }
 

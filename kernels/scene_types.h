@@ -96,7 +96,6 @@ const uint MESH_SMOOTH_VERTEX = 1u;  // normals has one entry a vertex
 const uint MESH_SMOOTH_CORNER = 2u;  // normals has one entry a corner
 const uint MESH_HAS_UV = 4u;         // uv has one entry a corner
 const uint MESH_HAS_SLOTS = 8u;      // material slot per triangle
-const uint MESH_MIRRORED = 16u;      // moved to world space by a mirroring transform: triangles are turned over
 
 struct Mesh {
   Vec3Buffer positions;    // [vertices], object space, or world space where the mesh is not instanced
@@ -126,6 +125,7 @@ struct Instance {
   vec3 normal_z;
   int light_group;
 };
+const uint INSTANCE_MIRRORED = 2u;  // the transform turns triangles over, or did when the mesh was moved to world space
 const uint INSTANCE_IDENTITY = 1u;  // the transform is the identity
 const uint INSTANCE_TERMINATOR_SHIFT = 16u;  // above: Cycles' shadow terminator geometry offset, 0 to 65535
 

@@ -30,12 +30,9 @@ struct Surface {
   uint material;
   float u;
   float v;
-  float epsilon;   // metres that clear the rounding of p
-  uint flags;      // SURFACE_*
+  float epsilon;     // metres that clear the rounding of p
   float terminator;  // shadow terminator geometry offset, 0 = none
 };
-const uint SURFACE_SMOOTH = 1u;
-const uint SURFACE_BACKFACE = 2u;
 
 FN vec3 instance_point(IN(Instance) i, vec3 p) { return i.x_axis * p.x + i.y_axis * p.y + i.z_axis * p.z + i.origin; }
 FN vec3 instance_vector(IN(Instance) i, vec3 v) { return i.x_axis * v.x + i.y_axis * v.y + i.z_axis * v.z; }
@@ -47,58 +44,86 @@ FN uvec3 mesh_normal_indices(IN(Mesh) mesh, uint triangle, uvec3 vertices) {
   return vertices;
 }
 
-FN void surface_from_hit(IN(SceneData) scene, IN(Hit) hit, vec3 direction, OUT(Surface) s) {
-  const Instance instance = LOAD(scene.instances, hit.instance);
-  Mesh mesh = LOAD(scene.meshes, instance.mesh);
-  const uvec3 id = LOAD(mesh.triangles, hit.triangle);
-  vec3 p0 = LOAD(mesh.positions, id.x);
-  vec3 p1 = LOAD(mesh.positions, id.y);
-  vec3 p2 = LOAD(mesh.positions, id.z);
-  const float w = 1.0f - hit.u - hit.v;
+// The triangle of a hit in world space, and what belongs to it.
+struct SurfaceTriangle {
+  vec3 p0;
+  float orientation;  // -1 where a mirroring transform turned the triangle over
+  vec3 p1;
+  float smooth;       // 1: n0, n1, n2 are there
+  vec3 p2;
+  float terminator;   // Instance's shadow terminator geometry offset, 0 where the triangle is flat
+  vec3 n0;
+  uint material;
+  vec3 n1;
+  uint unused;
+  vec3 n2;
+  uint unused2;
+};
 
-  // 1. Geometric normal, from the edges in object space, where they are exact.
-  vec3 ng = cross(p1 - p0, p2 - p0);
-  const bool moved = (instance.flags & INSTANCE_IDENTITY) == 0u;
-  vec3 p = p0 * w + p1 * hit.u + p2 * hit.v;
-  vec3 extent = max(abs(p0), max(abs(p1), abs(p2)));
-  if (moved) {
-    ng = instance_normal(instance, ng);
-    extent = abs(instance.x_axis) * extent.x + abs(instance.y_axis) * extent.y + abs(instance.z_axis) * extent.z +
-             abs(instance.origin);
-    p = instance_point(instance, p);
-  }
-  if ((mesh.flags & MESH_MIRRORED) != 0u) ng = -ng;
-  float len;
-  ng = safe_normalize(ng, len);
-  const bool back = dot(ng, direction) > 0.0f;
-
-  // 2. Shading normal.
-  vec3 n = ng;
-  s.flags = select(back, SURFACE_BACKFACE, 0u);
+FN void surface_fetch(IN(SceneData) scene, uint instance_id, uint triangle, OUT(SurfaceTriangle) t) {
+  const Instance instance = LOAD(scene.instances, instance_id);
+  const Mesh mesh = LOAD(scene.meshes, instance.mesh);
+  const uvec3 id = LOAD(mesh.triangles, triangle);
+  t.p0 = LOAD(mesh.positions, id.x);
+  t.p1 = LOAD(mesh.positions, id.y);
+  t.p2 = LOAD(mesh.positions, id.z);
+  t.n0 = vec3(0.0f);
+  t.n1 = vec3(0.0f);
+  t.n2 = vec3(0.0f);
+  t.smooth = 0.0f;
+  t.terminator = 0.0f;
   if ((mesh.flags & (MESH_SMOOTH_VERTEX | MESH_SMOOTH_CORNER)) != 0u) {
-    const uvec3 ni = mesh_normal_indices(mesh, hit.triangle, id);
-    vec3 smooth_n = LOAD(mesh.normals, ni.x) * w + LOAD(mesh.normals, ni.y) * hit.u + LOAD(mesh.normals, ni.z) * hit.v;
-    if (moved) smooth_n = instance_normal(instance, smooth_n);
-    smooth_n = safe_normalize(smooth_n, len);
-    n = len > 0.0f ? smooth_n : ng;
-    s.flags |= SURFACE_SMOOTH;
+    const uvec3 ni = mesh_normal_indices(mesh, triangle, id);
+    t.n0 = LOAD(mesh.normals, ni.x);
+    t.n1 = LOAD(mesh.normals, ni.y);
+    t.n2 = LOAD(mesh.normals, ni.z);
+    t.smooth = 1.0f;
+    t.terminator = float(int(instance.flags >> INSTANCE_TERMINATOR_SHIFT)) * (1.0f / 65535.0f);
   }
-  const float side = select(back, -1.0f, 1.0f);
-
-  // 3. The material of the triangle's slot; slots past the object's last use the last, as Blender does.
+  if ((instance.flags & INSTANCE_IDENTITY) == 0u) {
+    t.p0 = instance_point(instance, t.p0);
+    t.p1 = instance_point(instance, t.p1);
+    t.p2 = instance_point(instance, t.p2);
+    t.n0 = instance_normal(instance, t.n0);
+    t.n1 = instance_normal(instance, t.n1);
+    t.n2 = instance_normal(instance, t.n2);
+  }
+  t.orientation = select((instance.flags & INSTANCE_MIRRORED) != 0u, -1.0f, 1.0f);
+  // The material of the triangle's slot; slots past the object's last use the last, as Blender does.
   uint slot = 0u;
-  if ((mesh.flags & MESH_HAS_SLOTS) != 0u) slot = min(LOAD(mesh.slots, hit.triangle), instance.material_count - 1u);
-  s.material = LOAD(scene.material_slots, instance.material_base + slot);
-  s.p = p;
-  s.ng = ng * side;
-  s.n = n * side;
+  if ((mesh.flags & MESH_HAS_SLOTS) != 0u) slot = min(LOAD(mesh.slots, triangle), instance.material_count - 1u);
+  t.material = LOAD(scene.material_slots, instance.material_base + slot);
+}
+
+// Position and normals at barycentric u, v, seen along `direction`: both normals turn to the ray's side together, as in
+// Blender. Returns the rounding of the position, in metres. Without branches, so that a loop vectorises.
+FN float surface_shape(IN(SurfaceTriangle) t, float u, float v, vec3 direction, OUT(vec3) p, OUT(vec3) ng,
+                       OUT(vec3) n) {
+  const float w = 1.0f - u - v;
+  const vec3 c = cross(t.p1 - t.p0, t.p2 - t.p0) * t.orientation;
+  const float c2 = dot(c, c);
+  const vec3 face = c * (1.0f / sqrt(max(c2, 1e-37f)));
+  const float side = select(dot(face, direction) > 0.0f, -1.0f, 1.0f);
+  const vec3 s = t.n0 * w + t.n1 * u + t.n2 * v;
+  const float s2 = dot(s, s);
+  p = t.p0 * w + t.p1 * u + t.p2 * v;
+  ng = face * side;
+  n = select(s2 > 0.0f, s * (side / sqrt(max(s2, 1e-37f))), ng);
+  // Four units in the last place of the largest coordinate that went into p.
+  const vec3 extent = max(abs(t.p0), max(abs(t.p1), abs(t.p2)));
+  return max_component(extent) * 4.8e-7f + 1e-9f;
+}
+
+FN void surface_from_hit(IN(SceneData) scene, IN(Hit) hit, vec3 direction, OUT(Surface) s) {
+  SurfaceTriangle t;
+  surface_fetch(scene, hit.instance, hit.triangle, t);
+  s.epsilon = surface_shape(t, hit.u, hit.v, direction, s.p, s.ng, s.n);
+  s.material = t.material;
+  s.terminator = t.terminator;
   s.u = hit.u;
   s.v = hit.v;
   s.instance = hit.instance;
-  s.terminator = float(instance.flags >> INSTANCE_TERMINATOR_SHIFT) * (1.0f / 65535.0f);
   s.triangle = hit.triangle;
-  // Four units in the last place of the largest coordinate that went into p.
-  s.epsilon = max_component(extent) * 4.8e-7f + 1e-9f;
 }
 
 FN vec2 surface_uv(IN(SceneData) scene, IN(Surface) s) {
@@ -109,8 +134,8 @@ FN vec2 surface_uv(IN(SceneData) scene, IN(Surface) s) {
 }
 
 // Start of a ray that leaves the surface in direction wi, clear of the triangle it starts on.
-FN vec3 surface_ray_origin(IN(Surface) s, vec3 wi) {
-  return s.p + s.ng * (dot(s.ng, wi) >= 0.0f ? s.epsilon : -s.epsilon);
+FN vec3 surface_ray_origin(vec3 p, vec3 ng, float epsilon, vec3 wi) {
+  return p + ng * select(dot(ng, wi) >= 0.0f, epsilon, -epsilon);
 }
 
 // Height above p of the plane through corner a with normal n, lifted to clear the corners b and c.
@@ -122,31 +147,31 @@ FN float plane_height(vec3 a, vec3 n, vec3 b, vec3 c, vec3 p, float side) {
 // How far the smooth surface that the normals describe lies above the flat triangle at the point, as a vector: a
 // parabola through the corner normals, kept within the tangent planes (the idea is Cycles' "shadow terminator geometry
 // offset", which this equals; Hanika 2021 describes the problem).
-FN vec3 surface_smooth_lift(IN(SceneData) scene, IN(Surface) s) {
-  const Instance instance = LOAD(scene.instances, s.instance);
-  Mesh mesh = LOAD(scene.meshes, instance.mesh);
-  const uvec3 id = LOAD(mesh.triangles, s.triangle);
-  const uvec3 ni = mesh_normal_indices(mesh, s.triangle, id);
+FN vec3 surface_smooth_lift(IN(SceneData) scene, uint instance_id, uint triangle, float u, float v, vec3 ng) {
+  const Instance instance = LOAD(scene.instances, instance_id);
+  const Mesh mesh = LOAD(scene.meshes, instance.mesh);
+  const uvec3 id = LOAD(mesh.triangles, triangle);
+  const uvec3 ni = mesh_normal_indices(mesh, triangle, id);
   const vec3 p0 = LOAD(mesh.positions, id.x);
   const vec3 p1 = LOAD(mesh.positions, id.y);
   const vec3 p2 = LOAD(mesh.positions, id.z);
   const vec3 n0 = LOAD(mesh.normals, ni.x);
   const vec3 n1 = LOAD(mesh.normals, ni.y);
   const vec3 n2 = LOAD(mesh.normals, ni.z);
-  const float w = 1.0f - s.u - s.v;
-  const vec3 p = p0 * w + p1 * s.u + p2 * s.v;
-  vec3 n = n0 * w + n1 * s.u + n2 * s.v;
+  const float w = 1.0f - u - v;
+  const vec3 p = p0 * w + p1 * u + p2 * v;
+  vec3 n = n0 * w + n1 * u + n2 * v;
   if ((instance.flags & INSTANCE_IDENTITY) == 0u) n = instance_vector(instance, n);
 
   // Height of the parabola over the triangle.
   const float e20 = dot(n2 - n0, p0 - p2);
   const float e21 = dot(n2 - n1, p1 - p2);
   const float e10 = dot(n1 - n0, p1 - p0);
-  float h = e20 * w * (w - 1.0f) + (e20 + e21 + e10) * w * s.u + e21 * s.u * (s.u - 1.0f);
+  float h = e20 * w * (w - 1.0f) + (e20 + e21 + e10) * w * u + e21 * u * (u - 1.0f);
 
   // Heights of the three tangent planes over p, each lifted so far that it clears the triangle; seen from behind the
   // same with all signs turned.
-  const float side = select(dot(n, s.ng) > 0.0f, 1.0f, -1.0f);
+  const float side = select(dot(n, ng) > 0.0f, 1.0f, -1.0f);
   const float h0 = plane_height(p0, n0, p1, p2, p, side);
   const float h1 = plane_height(p1, n1, p0, p2, p, side);
   const float h2 = plane_height(p2, n2, p0, p1, p, side);

@@ -24,6 +24,13 @@ constexpr std::uint32_t KERNEL_FEATURES = COTORRA_KERNEL_FEATURES;
 #define COTORRA_PACKET 4
 #endif
 
+// Everything that a vectorised loop calls must be inlined into it.
+#if defined(__GNUC__)
+#define COTORRA_FLATTEN [[gnu::flatten]]
+#else
+#define COTORRA_FLATTEN
+#endif
+
 namespace cotorra {
 namespace {
 
@@ -55,15 +62,86 @@ void occluded(const embree::Api &rtc, const int *valid, embree::Scene bvh, embre
 }
 
 template <class T, std::size_t N>
-struct alignas(64) Array : std::array<T, N> {};
+struct alignas(64) Array {
+  T items[N + 64 / sizeof(T) +
+          1];  // a cache line more: arrays a page apart would share the same few lines of the cache
+  T &operator[](std::size_t i) { return items[i]; }
+  const T &operator[](std::size_t i) const { return items[i]; }
+  T *data() { return items; }
+  const T *data() const { return items; }
+};
+using Floats = Array<float, kLanes>;
+struct Vec3s {
+  Floats x, y, z;
+  vec3 get(std::size_t i) const { return {x[i], y[i], z[i]}; }
+  void set(std::size_t i, vec3 v) {
+    x[i] = v.x;
+    y[i] = v.y;
+    z[i] = v.z;
+  }
+};
+
+// The shading points of a batch, field by field: loops over lanes vectorise. Bsdf of kernels/bsdf.h, and what a lamp's
+// sample needs beside it.
+struct ShadingLanes {
+  Vec3s p, ng, wo, throughput;
+  Floats epsilon, terminator;
+  Vec3s n, diffuse, metal_f0, metal_range, metal_edge, coating_f0, coating_f90;
+  Floats p_glossy, no, alpha2, s_o, eta, fresnel_f0;
+  Array<uint, kLanes> lobes;
+
+  void set_bsdf(std::size_t i, const Bsdf &b) {
+    n.set(i, b.n);
+    diffuse.set(i, b.diffuse);
+    if (!FEATURE(FEATURE_SPECULAR)) return;
+    metal_f0.set(i, b.metal_f0);
+    metal_range.set(i, b.metal_range);
+    metal_edge.set(i, b.metal_edge);
+    coating_f0.set(i, b.coating_f0);
+    coating_f90.set(i, b.coating_f90);
+    p_glossy[i] = b.p_glossy;
+    no[i] = b.no;
+    alpha2[i] = b.alpha2;
+    s_o[i] = b.s_o;
+    eta[i] = b.eta;
+    fresnel_f0[i] = b.fresnel_f0;
+    lobes[i] = b.lobes;
+  }
+  Bsdf bsdf(std::size_t i) const {
+    Bsdf b{};
+    b.n = n.get(i);
+    b.diffuse = diffuse.get(i);
+    if (!FEATURE(FEATURE_SPECULAR)) return b;
+    b.metal_f0 = metal_f0.get(i);
+    b.metal_range = metal_range.get(i);
+    b.metal_edge = metal_edge.get(i);
+    b.coating_f0 = coating_f0.get(i);
+    b.coating_f90 = coating_f90.get(i);
+    b.p_glossy = p_glossy[i];
+    b.no = no[i];
+    b.alpha2 = alpha2[i];
+    b.s_o = s_o[i];
+    b.eta = eta[i];
+    b.fresnel_f0 = fresnel_f0[i];
+    b.lobes = lobes[i];
+    return b;
+  }
+};
+
+// What each lane's sample of one lamp would bring.
+struct LightLanes {
+  Vec3s origin, wi, contribution;
+  Floats distance;
+  Floats lift;  // terminator_amount
+};
 
 // The paths of a batch. Lanes are compacted at each vertex: `slot` tells which sample a lane belongs to.
 struct Batch final : Workspace {
   Array<embree::RayHit<kWidth>, kLanes / kWidth> packets;
   Array<PathState, kLanes> path;
   Array<Surface, kLanes> surface;
-  Array<Bsdf, kLanes> bsdf;
-  Array<vec3, kLanes> wo;
+  ShadingLanes shading;
+  LightLanes light;
   Array<uint, kLanes> slot;
   Array<uint, kLanes> random;
   Array<float, kLanes> u, v, u2, v2;
@@ -89,6 +167,35 @@ void fill_pairs(const uint *index, int n, uint pair_seed, float *u, float *v) {
     u[i] = p.x;
     v[i] = p.y;
   }
+}
+
+// One sample of a lamp for each lane. What distinguishes the kinds of lamps is constant in each instance, since a loop
+// with conditions that do not change in it would not vectorise.
+template <uint kType, bool kDisk>
+COTORRA_FLATTEN void sample_lamp(const Light &lamp, const ShadingLanes &in, const float *u, const float *v, int n,
+                                 LightLanes &out) {
+  Light light = lamp;
+  light.type = kType;
+  light.flags = kDisk ? lamp.flags | LIGHT_SOFT_FALLOFF : lamp.flags & ~LIGHT_SOFT_FALLOFF;
+  light.visibility = VISIBLE_ALL;
+  for (std::size_t i = 0; i < static_cast<std::size_t>(n); ++i) {
+    LightSample l;
+    light_sample(light, in.p.get(i), in.n.get(i), vec2(u[i], v[i]), l);
+    out.contribution.set(i, light_contribution(light, l, in.bsdf(i), in.wo.get(i), in.throughput.get(i), 1.0f));
+    const vec3 ng = in.ng.get(i);
+    out.origin.set(i, surface_ray_origin(in.p.get(i), ng, in.epsilon[i], l.wi));
+    out.lift[i] = terminator_amount(in.terminator[i], dot(in.n.get(i), l.wi), dot(ng, l.wi));
+    out.wi.set(i, l.wi);
+    out.distance[i] = l.distance;
+  }
+}
+
+using SampleLamp = void (*)(const Light &, const ShadingLanes &, const float *, const float *, int, LightLanes &);
+SampleLamp sample_lamp_of(const Light &lamp) {
+  const bool disk = (lamp.flags & LIGHT_SOFT_FALLOFF) != 0;
+  if (lamp.type == LIGHT_SUN) return sample_lamp<LIGHT_SUN, false>;
+  if (lamp.type == LIGHT_SPOT) return disk ? sample_lamp<LIGHT_SPOT, true> : sample_lamp<LIGHT_SPOT, false>;
+  return disk ? sample_lamp<LIGHT_POINT, true> : sample_lamp<LIGHT_POINT, false>;
 }
 
 class Renderer {
@@ -191,6 +298,7 @@ class Renderer {
   // ---- Stage 3: what the ray met. Lanes that go on are compacted to the front; returns how many.
   int shade(int lanes, uint bounce) {
     std::size_t next = 0;
+    const bool meets_lights = bounce == 0 ? job_.camera_meets_lights : (FEATURE(FEATURE_BSDF_RAYS) != 0);
     for (std::size_t i = 0; i < static_cast<std::size_t>(lanes); ++i) {
       const embree::RayHit<kWidth> &p = b_.packets[i / kWidth];
       const std::size_t k = i % kWidth;
@@ -199,7 +307,7 @@ class Renderer {
       const vec3 direction(p.ray.dir_x[k], p.ray.dir_y[k], p.ray.dir_z[k]);
       const bool missed = p.hit.geom_id[k] == embree::kInvalidId;
 
-      if (FEATURE(FEATURE_VISIBLE_LIGHTS)) {
+      if (FEATURE(FEATURE_VISIBLE_LIGHTS) && meets_lights) {
         const vec3 origin(p.ray.org_x[k], p.ray.org_y[k], p.ray.org_z[k]);
         meet_lights(path, slot, origin, direction, missed ? INFINITE_DISTANCE : p.ray.tfar[k]);
       }
@@ -227,13 +335,18 @@ class Renderer {
         }
       }
       if (path_is_last(limits_, path)) continue;
-      bsdf_prepare(scene_, material, surface.n, wo, b_.bsdf[next]);
-      if (FEATURE(FEATURE_DATA_PASSES) && bounce == 0) {
-        record(slot, surface, material, b_.bsdf[next]);
-      }
+      Bsdf bsdf;
+      bsdf_prepare(scene_, material, surface.n, wo, bsdf);
+      if (FEATURE(FEATURE_DATA_PASSES) && bounce == 0) record(slot, surface, material, bsdf);
+      b_.shading.set_bsdf(next, bsdf);
+      b_.shading.p.set(next, surface.p);
+      b_.shading.ng.set(next, surface.ng);
+      b_.shading.epsilon[next] = surface.epsilon;
+      b_.shading.terminator[next] = surface.terminator;
+      b_.shading.wo.set(next, wo);
+      b_.shading.throughput.set(next, path.throughput);
       b_.path[next] = path;
       b_.slot[next] = slot;
-      b_.wo[next] = wo;
       b_.random[next] = path.random;
       ++next;
     }
@@ -308,12 +421,34 @@ class Renderer {
       fill_pairs(b_.random.data(), lanes, pair_seed(bounce, PAIR_LIGHTS + index % kLastSharedPair), b_.u2.data(),
                  b_.v2.data());
     }
+    const Light &light = scene_.lights.v[index];
+    const uint scattering = VISIBLE_DIFFUSE | VISIBLE_GLOSSY;
+    if ((light.visibility & scattering) != scattering) {  // rare: lobe by lobe
+      for (std::size_t i = 0; i < static_cast<std::size_t>(lanes); ++i)
+        sample_lane(index, i, vec2(b_.u2[i], b_.v2[i]), 1.0f, bounce);
+      return;
+    }
+    sample_lamp_of(light)(light, b_.shading, b_.u2.data(), b_.v2.data(), lanes, b_.light);
+    if (bounce > light.max_bounces) return;
+    const uint mask = (light.flags & LIGHT_CAST_SHADOW) != 0u ? VISIBLE_SHADOW : 0u;
     for (std::size_t i = 0; i < static_cast<std::size_t>(lanes); ++i) {
-      ShadowRay ray;
-      if (path_sample_light(scene_, index, b_.path[i], b_.surface[i], b_.bsdf[i], b_.wo[i], vec2(b_.u2[i], b_.v2[i]),
-                            1.0f, ray)) {
-        queue_shadow(ray, b_.slot[i], bounce);
+      const vec3 contribution = b_.light.contribution.get(i);
+      if (!(max_component(contribution) > 0.0f)) continue;
+      vec3 origin = b_.light.origin.get(i);
+      if (b_.light.lift[i] > 0.0f) {
+        const Surface &s = b_.surface[i];
+        origin += surface_smooth_lift(scene_, s.instance, s.triangle, s.u, s.v, s.ng) * b_.light.lift[i];
       }
+      queue_shadow({origin, b_.light.distance[i], b_.light.wi.get(i), light.group, contribution, mask}, b_.slot[i],
+                   bounce);
+    }
+  }
+
+  void sample_lane(uint index, std::size_t i, vec2 u, float scale, uint bounce) {
+    ShadowRay ray;
+    if (path_sample_light(scene_, index, b_.path[i], b_.surface[i], b_.shading.bsdf(i), b_.shading.wo.get(i), u, scale,
+                          ray)) {
+      queue_shadow(ray, b_.slot[i], bounce);
     }
   }
 
@@ -328,11 +463,8 @@ class Renderer {
         float scale;
         const float u = (static_cast<float>(k) + pick[i]) / static_cast<float>(picks);
         const uint index = path_pick_light(scene_, b_.surface[i], min(u, 0.99999994f), scale);
-        ShadowRay ray;
-        if (index != INVALID_ID &&
-            path_sample_light(scene_, index, b_.path[i], b_.surface[i], b_.bsdf[i], b_.wo[i], vec2(b_.u2[i], b_.v2[i]),
-                              scale / static_cast<float>(picks), ray)) {
-          queue_shadow(ray, b_.slot[i], bounce);
+        if (index != INVALID_ID) {
+          sample_lane(index, i, vec2(b_.u2[i], b_.v2[i]), scale / static_cast<float>(picks), bounce);
         }
       }
     }
@@ -344,7 +476,7 @@ class Renderer {
     fill_pairs(b_.random.data(), lanes, pair_seed(bounce, PAIR_EMITTER), b_.u2.data(), b_.v2.data());
     for (std::size_t i = 0; i < static_cast<std::size_t>(lanes); ++i) {
       ShadowRay ray;
-      if (path_sample_emitter(scene_, b_.path[i], b_.surface[i], b_.bsdf[i], b_.wo[i], pick[i],
+      if (path_sample_emitter(scene_, b_.path[i], b_.surface[i], b_.shading.bsdf(i), b_.shading.wo.get(i), pick[i],
                               vec2(b_.u2[i], b_.v2[i]), ray)) {
         queue_shadow(ray, b_.slot[i], bounce);
       }
@@ -405,7 +537,7 @@ class Renderer {
     for (std::size_t i = 0; i < static_cast<std::size_t>(lanes); ++i) {
       PathState path = b_.path[i];
       vec3 origin, direction;
-      if (!path_bounce(limits_, path, b_.surface[i], b_.bsdf[i], b_.wo[i], vec2(b_.u2[i], b_.v2[i]),
+      if (!path_bounce(limits_, path, b_.surface[i], b_.shading.bsdf(i), b_.shading.wo.get(i), vec2(b_.u2[i], b_.v2[i]),
                        vec2(choice[i], roulette[i]), origin, direction)) {
         continue;
       }

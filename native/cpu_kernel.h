@@ -35,6 +35,7 @@ struct RenderJob {
   std::uint32_t sample_bits;   // log2 of the samples a pixel, rounded up
   std::uint32_t lights_at_once;  // all lamps are sampled at a vertex while there are at most so many
   bool transparent;
+  bool camera_meets_lights;  // a lamp is visible to camera rays
   const std::atomic<bool> *cancel;
 };
 

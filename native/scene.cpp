@@ -31,7 +31,9 @@ void require_below(std::span<const uint> array, std::size_t limit, const std::st
                               ", must be below " + std::to_string(limit));
 }
 
-std::span<const uint> flat(std::span<const uvec3> array) { return {&array.data()->x, array.size() * 3}; }
+std::span<const uint> flat(std::span<const uvec3> array) {
+  return {reinterpret_cast<const uint *>(array.data()), array.size() * 3};
+}
 
 struct Matrix3 {
   vec3 x, y, z;  // columns
@@ -264,6 +266,7 @@ void Scene::prepare_instances(const SceneInput &in) {
     const float terminator = clamp(source.terminator[i], 0.0f, 1.0f);
     instance.flags = static_cast<uint>(std::lround(terminator * 65535.0f)) << INSTANCE_TERMINATOR_SHIFT;
     if (is_identity(m)) instance.flags |= INSTANCE_IDENTITY;
+    if (dot(frame.x, cross(frame.y, frame.z)) < 0.0f) instance.flags |= INSTANCE_MIRRORED;
   }
 }
 
@@ -308,9 +311,6 @@ void Scene::prepare_meshes(SceneInput &in) {
         storage.normals[i] = len2 > 0.0f ? moved * (1.0f / std::sqrt(len2)) : vec3(0.0f);
       }
       if (!storage.normals.empty()) normals = storage.normals.data();
-      // A mirrored object's triangles turn over in world space: remember, the records now say "identity".
-      const float determinant = dot(instance->x_axis, cross(instance->y_axis, instance->z_axis));
-      if (determinant < 0.0f) mesh.flags |= MESH_MIRRORED;
       instance->x_axis = instance->normal_x = {1.0f, 0.0f, 0.0f};
       instance->y_axis = instance->normal_y = {0.0f, 1.0f, 0.0f};
       instance->z_axis = instance->normal_z = {0.0f, 0.0f, 1.0f};
@@ -386,12 +386,10 @@ void Scene::prepare_emitters() {
 
 void Scene::prepare_features() {
   bool soft = false;
-  bool visible = false;
-  bool mis = false;
   for (const Light &light : lights_) {
     soft |= light.radius > 0.0f;
-    visible |= (light.flags & LIGHT_VISIBLE) != 0;
-    mis |= (light.flags & LIGHT_USE_MIS) != 0;
+    camera_meets_lights_ |= (light.flags & LIGHT_VISIBLE) != 0 && (light.visibility & VISIBLE_CAMERA) != 0;
+    bounces_meet_lights_ |= (light.flags & LIGHT_USE_MIS) != 0;
   }
   bool specular = false;
   bool sharp = false;
@@ -409,12 +407,13 @@ void Scene::prepare_features() {
   }
   const bool world = max(max(data_.world.x, data_.world.y), data_.world.z) > 0.0f;
   if (soft) features_ |= FEATURE_SOFT_LIGHTS;
-  if (visible) features_ |= FEATURE_VISIBLE_LIGHTS;
   if (specular) features_ |= FEATURE_SPECULAR;
   if (emissive) features_ |= FEATURE_EMISSIVE_MESHES;
   if (world) features_ |= FEATURE_WORLD;
   const bool world_lights = world && (data_.world_visibility & (VISIBLE_DIFFUSE | VISIBLE_GLOSSY)) != 0;
-  if (emissive || world_lights || (sharp && mis)) features_ |= FEATURE_BSDF_RAYS;
+  if (emissive || world_lights || (sharp && bounces_meet_lights_)) features_ |= FEATURE_BSDF_RAYS;
+  const bool met = camera_meets_lights_ || ((features_ & FEATURE_BSDF_RAYS) != 0 && bounces_meet_lights_);
+  if (met) features_ |= FEATURE_VISIBLE_LIGHTS;
 }
 
 }  // namespace cotorra

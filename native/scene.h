@@ -122,6 +122,9 @@ class Scene {
   bool instanced() const { return instanced_; }
   // Features (FEATURE_* of scene_types.h) that the scene itself asks for.
   uint features() const { return features_; }
+  // Is a lamp with a size visible to camera rays; can bounces meet one?
+  bool camera_meets_lights() const { return camera_meets_lights_; }
+  bool bounces_meet_lights() const { return bounces_meet_lights_; }
   uint light_group_count() const { return light_group_count_; }
   std::size_t mesh_count() const { return meshes_.size(); }
 
@@ -166,6 +169,8 @@ class Scene {
   uint features_ = 0;
   uint light_group_count_ = 0;
   bool instanced_ = false;
+  bool camera_meets_lights_ = false;
+  bool bounces_meet_lights_ = false;
   std::atomic<std::int64_t> bvh_bytes_{0};
 };
 

@@ -142,6 +142,7 @@ Session::Session(std::shared_ptr<const Scene> scene, const CameraInput &camera, 
   job_.sample_bits = std::min(static_cast<std::uint32_t>(std::bit_width(samples - 1u)), SAMPLE_BITS_MAX);
   job_.lights_at_once = kLightsAtOnce;
   job_.transparent = settings.transparent;
+  job_.camera_meets_lights = scene_->camera_meets_lights();
   job_.cancel = &cancel_;
   kernel_ = &choose_cpu_kernel(job_.features);
 
