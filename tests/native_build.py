@@ -14,6 +14,7 @@ import shlex
 import shutil
 import subprocess
 from collections.abc import Iterable, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -22,7 +23,6 @@ BUILD = ROOT / 'build' / 'tests'
 WARNINGS = ('-Wall', '-Wextra', '-Wconversion', '-Wdouble-promotion', '-Werror')
 # Contraction to fused multiply-add would give the CPU other bits than the order of operations that a kernel states.
 FLAGS = ('-std=c++20', '-O2', '-g', '-ffp-contract=off', *WARNINGS)
-SANITIZERS = ('-fsanitize=address,undefined', '-fno-sanitize-recover=all', '-fno-omit-frame-pointer')
 # For includes in quotes only: kernels/math.h must not stand in for the C library's.
 FOLDERS = tuple(ROOT / folder for folder in ('kernels', 'native', 'tests/native'))
 INCLUDES = tuple(f'-iquote{folder}' for folder in FOLDERS)
@@ -54,28 +54,33 @@ def included(source: Path, seen: dict[Path, bytes] | None = None) -> dict[Path, 
     return seen
 
 
-def _compile(name: str, suffix: str, sources: Iterable[Path | str], flags: Sequence[str]) -> Path:
-    command = compiler()
-    assert command is not None, 'no C++ compiler: install g++, or name one in CXX'
-    paths = [Path(source) if Path(source).is_absolute() else ROOT / source for source in sources]
-    digest = hashlib.sha256(repr((command, flags)).encode())
-    contents = {path: content for source in paths for path, content in included(source).items()}
-    for path in sorted(contents):
-        digest.update(str(path).encode() + b'\0' + contents[path])
-    target = BUILD / f'{name}-{digest.hexdigest()[:16]}{suffix}'
+def _cached(stem: str, suffix: str, key: object, make: list[str], what: str) -> Path:
+    """The file of this stem that `make` makes; the key, and nothing else, tells whether it has to be made again."""
+    target = BUILD / f'{stem}-{hashlib.sha256(repr(key).encode()).hexdigest()[:16]}{suffix}'
     if target.exists():
         return target
-    BUILD.mkdir(parents=True, exist_ok=True)
-    for stale in BUILD.glob(f'{name}-{"[0-9a-f]" * 16}{suffix}'):
+    target.parent.mkdir(parents=True, exist_ok=True)
+    for stale in target.parent.glob(f'{target.name[: -17 - len(suffix)]}-{"[0-9a-f]" * 16}{suffix}'):
         stale.unlink(missing_ok=True)
     # Under another name first: a compilation that is stopped, or two at once, must not leave half a file to be found.
     partial = target.with_name(f'{target.name}.{os.getpid()}')
-    result = subprocess.run(
-        [*command, *flags, *map(str, paths), '-o', str(partial), '-ldl', '-pthread'], capture_output=True, text=True
-    )
-    assert result.returncode == 0, f'{name} does not compile:\n{result.stderr[:4000]}'
+    result = subprocess.run([*make, '-o', str(partial)], capture_output=True, text=True)
+    assert result.returncode == 0, f'{what} does not compile:\n{result.stderr[:4000]}'
     partial.replace(target)
     return target
+
+
+def _compile(name: str, suffix: str, sources: Iterable[Path | str], flags: Sequence[str]) -> Path:
+    command = compiler()
+    assert command is not None, 'no C++ compiler: install g++, or name one in CXX'
+
+    def compile_object(source: Path) -> Path:
+        key = (command, flags, sorted((str(path), content) for path, content in included(source).items()))
+        return _cached(f'{name}.o/{source.stem}', '.o', key, [*command, *flags, '-c', str(source)], source.name)
+
+    with ThreadPoolExecutor(os.cpu_count()) as pool:
+        objects = [str(path) for path in pool.map(compile_object, (ROOT / source for source in sources))]
+    return _cached(name, suffix, (command, flags, objects), [*command, *objects, *flags, '-ldl', '-pthread'], name)
 
 
 def build(name: str, sources: Iterable[Path | str], flags: Sequence[str] = ()) -> ctypes.CDLL:
@@ -84,5 +89,5 @@ def build(name: str, sources: Iterable[Path | str], flags: Sequence[str] = ()) -
 
 
 def build_program(name: str, sources: Iterable[Path | str], flags: Sequence[str] = ()) -> Path:
-    """Compiles the sources to a program and returns its path; pass `SANITIZERS` for a build that checks itself."""
+    """Compiles the sources to a program and returns its path."""
     return _compile(name, '', sources, (*FLAGS, *INCLUDES, *flags))
