@@ -16,12 +16,15 @@ def register() -> None:
     global _registered
     if _registered:
         return
+    import bpy
+
     from . import engine, properties, ui
 
     properties.register()
     engine.register()
     ui.register()
-    atexit.register(unregister)  # Blender 4.5 hangs at exit while a Python engine is registered
+    if bpy.app.module:
+        atexit.register(unregister)  # Blender 4.5 hangs at exit while a Python engine is registered
     _registered = True
 
 

@@ -1,13 +1,15 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Cotorra's panels among the View Layer properties: the passes that it can render, and no others.
 
-Light groups and overrides are Blender's own panels.
+Overrides are Blender's own panel, and light groups too, here under the passes.
 """
 
 from __future__ import annotations
 
 import bpy
+from bl_ui.properties_view_layer import ViewLayerLightgroupsPanelHelper
 
+from ..choices import ENGINE
 from .panel import CotorraPanel, split_layout
 
 
@@ -46,4 +48,13 @@ class COTORRA_VIEWLAYER_PT_passes_light(CotorraPanel, bpy.types.Panel):
         other.prop(layer, 'use_pass_shadow')
 
 
-CLASSES = (COTORRA_VIEWLAYER_PT_passes_data, COTORRA_VIEWLAYER_PT_passes_light)
+class COTORRA_VIEWLAYER_PT_passes_light_groups(ViewLayerLightgroupsPanelHelper, bpy.types.Panel):
+    bl_parent_id = 'VIEWLAYER_PT_layer_passes'
+    COMPAT_ENGINES = {ENGINE}
+
+
+CLASSES = (
+    COTORRA_VIEWLAYER_PT_passes_data,
+    COTORRA_VIEWLAYER_PT_passes_light,
+    COTORRA_VIEWLAYER_PT_passes_light_groups,
+)

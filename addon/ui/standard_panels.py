@@ -35,7 +35,6 @@ ADDED = {
     'EEVEE_MATERIAL_PT_context_material',
     'OBJECT_PT_shadow_terminator',
     'VIEWLAYER_PT_layer_passes',
-    'VIEWLAYER_PT_layer_passes_lightgroups',
     'VIEWLAYER_PT_override',
 }
 
