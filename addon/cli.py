@@ -227,13 +227,12 @@ def render_frame(scene: bpy.types.Scene, frame: int, path: Path, watcher: Termin
     """Render one frame into its file and give its figures."""
     import bpy
 
-    from . import compat
-
     began = time.perf_counter()
     stats.clear(scene.name)
     if scene.frame_current != frame:
         scene.frame_set(frame)
-    scene.render.filepath = compat.literal_path(str(path.resolve()))
+    # Braces in Blender's paths are expressions; doubled ones stand for themselves.
+    scene.render.filepath = str(path.resolve()).replace('{', '{{').replace('}', '}}')
     old = modified(path)
     failure = ''
     try:

@@ -50,8 +50,3 @@ def background(world: bpy.types.World) -> bpy.types.ShaderNode:
     if bpy.app.version < (5, 0, 0):
         world.use_nodes = True
     return next(node for node in world.node_tree.nodes if node.type == 'BACKGROUND')
-
-
-def literal_path(path: str) -> str:
-    """A path that Blender takes as it is: since 5.0 braces in paths are expressions, doubled ones are not."""
-    return path.replace('{', '{{').replace('}', '}}') if bpy.app.version >= (5, 0, 0) else path
