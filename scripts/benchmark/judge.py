@@ -6,6 +6,7 @@ It renders nothing and prints nothing; `report.py` does that.
 
 from __future__ import annotations
 
+import math
 from dataclasses import asdict, dataclass
 from statistics import mean, median
 from typing import Any
@@ -74,8 +75,10 @@ def rows(engine: str, renders: list[Render], own: Reference, cycles: Reference, 
 
 
 def cpu_per_sample(table: list[Row]) -> float:
+    """Processor seconds of one more sample; NaN where they drown in those of everything else."""
     first, last = table[0], table[-1]
-    return (last.cpu - first.cpu) / (last.samples - first.samples)
+    rendering = last.cpu - first.cpu
+    return rendering / (last.samples - first.samples) if rendering > 0.2 * last.cpu else math.nan
 
 
 def equal_error(ours: list[Row], cycles: list[Row], measure: str, against: str = 'own') -> EqualError:

@@ -134,7 +134,7 @@ def lights(scene: dict[str, Any], centre: np.ndarray, extent: float) -> dict[str
     return result
 
 
-def sensor(camera: dict[str, Any], size: tuple[int, int]) -> dict[str, Any]:
+def sensor(camera: dict[str, Any], size: tuple[int, int], sampler: str) -> dict[str, Any]:
     """The window of a centred perspective camera; Mitsuba looks along +Z, Blender along −Z."""
     left, right, bottom, top = camera['window']
     if camera['kind'] != 'PERSP' or abs(left + right) + abs(bottom + top) > 1e-5:
@@ -155,7 +155,7 @@ def sensor(camera: dict[str, Any], size: tuple[int, int]) -> dict[str, Any]:
             'pixel_format': 'rgb',
             'component_format': 'float32',
         },
-        'sampler': {'type': 'independent'},
+        'sampler': {'type': sampler},
     }
 
 
@@ -169,10 +169,13 @@ def main() -> None:
     description: dict[str, Any] = {'type': 'scene', **shapes(dump['scene'])}
     bounds = mi.load_dict(description).bbox()
     centre, extent = np.array(bounds.center()), float(np.linalg.norm(bounds.extents()))
-    description |= lights(dump['scene'], centre, extent)
-    description['sensor'] = sensor(dump['camera'], task['size'])
+    lamps = lights(dump['scene'], centre, extent)
+    description |= lamps
+    description['sensor'] = sensor(dump['camera'], task['size'], task['sampler'])
     if task['bounces'] == 0:
-        description['integrator'] = {'type': 'direct', 'emitter_samples': 1, 'bsdf_samples': 0}
+        every = {'emitter_samples': max(1, len(lamps)), 'bsdf_samples': 1}
+        one = {'emitter_samples': 1, 'bsdf_samples': 0}
+        description['integrator'] = {'type': 'direct', **(every if task['every_light'] else one)}
     else:
         # A path of depth 1 sees a light, of depth 2 is direct light.
         description['integrator'] = {'type': 'path', 'max_depth': task['bounces'] + 2}

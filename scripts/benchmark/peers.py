@@ -8,6 +8,7 @@ against its own converged image, because their materials and some lights differ.
 from __future__ import annotations
 
 import importlib.util
+import itertools
 import json
 import subprocess
 import sys
@@ -24,10 +25,17 @@ from benchmark.runner import Case, Render, measure, run_worker, task_of
 from metrics import Reference
 
 VARIANTS = ('scalar_rgb', 'llvm_ad_rgb')
-APPROXIMATIONS = """\
-  for Mitsuba: instances flattened; its own principled BSDF; spot lights hard, with another edge; box filter;
-  independent sampler; direct light by one sample of one light; LLVM's compilation not counted (LLVM 15 and 16
-  cannot compile it, 19 can)"""
+# What makes most samples a second, and what gave the least error in a second on three_lights. `every_light` holds for
+# direct light: each light once and the BSDF once for each sample, instead of one light alone.
+SETUPS = {
+    'simple': {'sampler': 'independent', 'every_light': False},
+    'best': {'sampler': 'ldsampler', 'every_light': True},
+}
+NOTES = """\
+  simple: independent sampler, direct light by one sample of one light; best: low-discrepancy sampler, direct light by
+  each light and the BSDF. Equal error (trimmed, own): * extrapolated beyond the samples that were rendered.
+  Approximated for Mitsuba: instances flattened; its own principled BSDF; spot lights hard, with another edge; box
+  filter. LLVM's compilation is not counted (LLVM 15 and 16 cannot compile the scene, 19 can)."""
 
 
 def run_mitsuba(task: dict[str, Any], folder: Path) -> dict[str, Any]:
@@ -48,7 +56,7 @@ def run_mitsuba(task: dict[str, Any], folder: Path) -> dict[str, Any]:
 
 
 def measure_mitsuba(
-    case: Case, variant: str, dump: Path, counts: list[int], reference_samples: int
+    case: Case, variant: str, setup: str, dump: Path, counts: list[int], reference_samples: int
 ) -> tuple[list[Render], Reference]:
     """Its reference is made by more passes of what is measured, so that LLVM's memory stays that of one pass."""
     passes = max(1, reference_samples // counts[-1])
@@ -61,7 +69,7 @@ def measure_mitsuba(
             for samples, seed in (*measured, *halves[0], *halves[1])
         ]
         task = {'variant': variant, 'threads': case.threads, 'size': case.size, 'bounces': case.bounces}
-        result = run_mitsuba({**task, 'dump': str(dump), 'jobs': jobs}, folder)
+        result = run_mitsuba({**task, **SETUPS[setup], 'dump': str(dump), 'jobs': jobs}, folder)
         images = [np.load(job['output']) for job in jobs]
     renders = [
         Render(entry['samples'], entry['seed'], image, entry['render'], entry['whole'], entry['cpu'], 0, {})
@@ -75,46 +83,41 @@ def against_mitsuba(case: Case, counts: list[int], reference_samples: int) -> di
     """Prints one table; a variant that cannot run (LLVM missing) is told and left out."""
     if importlib.util.find_spec('mitsuba') is None:
         raise RuntimeError('the mitsuba wheel is not installed (pip install mitsuba, in the environment of this bench)')
-    ours, reference = measure(case, 'COTORRA', counts, [11], reference_samples, (2001, 2002))
+    what = 'direct samples' if case.bounces == 0 else f'paths of up to {case.bounces} bounces'
+    print(
+        f'{case.source.name} against Mitsuba, {what}, {case.size[0]}×{case.size[1]}, {counts[-1]} samples', flush=True
+    )
+    # Ours also with few samples: a peer's error is soon reached.
+    few = sorted({max(1, counts[0] // 4), max(1, counts[0] // 2), *counts})
+    ours, reference = measure(case, 'COTORRA', few, [11], reference_samples, (2001, 2002))
     ours_rows = judge.rows('COTORRA', ours, reference, reference, 0)
-    pixels = case.size[0] * case.size[1]
-    last = ours_rows[-1]
-    lines = [
-        (
-            'COTORRA',
-            f'{last.render:.2f}',
-            f'{pixels * last.samples / last.render / 1e6:.2f}',
-            f'{last.own.trimmed:.2e}',
-            '',
-        )
-    ]
-    result: dict[str, Any] = {
-        'scene': case.source.name,
-        'bounces': case.bounces,
-        'rows': [asdict(row) for row in ours_rows],
-    }
-    result['equal_error'] = {}
+    result: dict[str, Any] = {'case': f'{case.source.name}, {case.bounces} bounces', 'size': case.size}
+    result |= {'rows': [asdict(row) for row in ours_rows], 'equal_error': {}, 'left_out': {}}
+    lines = [line_of('COTORRA', ours_rows[-1], case, None)]
     with tempfile.TemporaryDirectory(prefix='cotorra-bench-') as work:
         dump = Path(work, 'scene.pickle')
         run_worker(task_of(case, 'BENCH_DUMP', [{'samples': 1, 'seed': 1, 'output': ''}]) | {'dump': str(dump)})
-        for variant in VARIANTS:
+        for variant, setup in itertools.product(VARIANTS, SETUPS):
+            name = f'{variant}, {setup}'
             try:
-                theirs, own = measure_mitsuba(case, variant, dump, counts, reference_samples)
+                theirs, own = measure_mitsuba(case, variant, setup, dump, counts, reference_samples)
             except RuntimeError as problem:
-                print(f'  {variant} left out: {problem}')
-                result[variant] = {'error': str(problem)}
+                print(f'  {name} left out: {problem}')
+                result['left_out'][name] = str(problem)
                 continue
-            rows = judge.rows(variant, theirs, own, own, 0)
+            rows = judge.rows(name, theirs, own, own, 0)
             equal = judge.equal_error(ours_rows, rows, 'trimmed')
             result['rows'] += [asdict(row) for row in rows]
-            result['equal_error'][variant] = asdict(equal)
-            last = rows[-1]
-            speed = pixels * last.samples / last.render / 1e6
-            lines.append(
-                (variant, f'{last.render:.2f}', f'{speed:.2f}', f'{last.own.trimmed:.2e}', f'{equal.render:.2f}')
-            )
-    what = 'direct samples' if case.bounces == 0 else f'paths of up to {case.bounces} bounces'
-    print(f'{case.source.name} against Mitsuba, {what}, {case.size[0]}×{case.size[1]}, {counts[-1]} samples')
-    print(table(('engine', 'render s', 'M/s', 'own error, trimmed', 'its time / ours at equal error'), lines))
-    print(APPROXIMATIONS + '\n', flush=True)
+            result['equal_error'][name] = asdict(equal)
+            lines.append(line_of(name, rows[-1], case, equal))
+    print(table(('engine', 'render s', 'M/s', 'error', 'its time / ours'), lines))
+    print(NOTES + '\n', flush=True)
     return result
+
+
+def line_of(name: str, last: judge.Row, case: Case, equal: judge.EqualError | None) -> tuple[str, ...]:
+    speed = case.size[0] * case.size[1] * last.samples / last.render / 1e6
+    line = (name, f'{last.render:.2f}', f'{speed:.2f}', f'{last.own.trimmed:.2e}')
+    if equal is None:
+        return (*line, '')
+    return (*line, f'{equal.render:.2f}{"*" if equal.extrapolated else " "}')

@@ -19,7 +19,7 @@ RULES = """\
   seconds  prepare: all but rendering (depsgraph, sync, BVH, saving); render: sampling alone, by each engine's own
            clock; whole: bpy.ops.render.render from call to return; the most samples come first in a fresh process
   ratio    Cycles' seconds with its most samples over ours to the same error; error ∝ samples^−slope is fitted to the
-           sample counts shown, seconds ∝ samples; CPU: the same from processor seconds per sample
+           sample counts shown, seconds ∝ samples; CPU: the same from processor seconds per sample, nan if few
   tiles    16×16 pixels; the channel with the greatest difference, over the tile's mean; tiles darker than 0.001 of
            the image's mean compare absolutely; noise is known from the two halves of each reference"""
 
