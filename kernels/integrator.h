@@ -89,8 +89,13 @@ FN vec3 path_escape(IN(SceneData) scene, IN(PathState) path) {
   return (scene.world_visibility & path.ray_kind) != 0u ? path.throughput * scene.world : vec3(0.0f);
 }
 
+FN bool emits_from(uint sides, float side) {
+  return (sides & select(side > 0.0f, MATERIAL_EMIT_FRONT, MATERIAL_EMIT_BACK)) != 0u;
+}
+
 // Light that the surface itself emits toward the ray's origin.
 FN vec3 path_emission(IN(SceneData) scene, IN(PathState) path, IN(Surface) s, IN(Material) material, vec3 wo, float t) {
+  if (!emits_from(material.flags, s.side)) return vec3(0.0f);
   float weight = 1.0f;
   if ((material.flags & MATERIAL_SAMPLED) != 0u && path.pdf > 0.0f) {
     // Light sampling picks a triangle in proportion to area x luminance, then a point uniformly.
@@ -222,7 +227,8 @@ FN bool path_sample_emitter(IN(SceneData) scene, IN(PathState) path, IN(Surface)
   const vec3 q = e.v0 + e.edge1 * b.x + e.edge2 * b.y;
   float d;
   const vec3 wi = safe_normalize(q - s.p, d);
-  const float cos_light = abs(dot(e.normal, wi));
+  const float cos_front = -dot(e.normal, wi);
+  const float cos_light = abs(cos_front);
   const float area_pdf = luminance(e.radiance) * scene.emitter_norm;
   const float pdf = area_pdf * d * d / max(cos_light, 1e-8f);
   float bsdf_pdf;
@@ -234,7 +240,8 @@ FN bool path_sample_emitter(IN(SceneData) scene, IN(PathState) path, IN(Surface)
   ray.t_max = 0.0f;
   ray.origin = s.p;
   const bool self = e.instance == s.instance && e.triangle == s.triangle;
-  if (self || cos_light < 1e-8f || !(max_component(ray.contribution) > 0.0f)) return false;
+  const bool dark = !emits_from(e.sides, cos_front);
+  if (self || dark || cos_light < 1e-8f || !(max_component(ray.contribution) > 0.0f)) return false;
   // 3. Aim from the lifted start at the point itself, and stop short of it.
   ray.origin = shadow_ray_origin(scene, s, wi);
   ray.direction = safe_normalize(q - ray.origin, d);
@@ -242,13 +249,10 @@ FN bool path_sample_emitter(IN(SceneData) scene, IN(PathState) path, IN(Surface)
   return true;
 }
 
-// The next direction. Returns false where the path ends.
-FN bool path_bounce(IN(IntegratorData) integrator, INOUT(PathState) path, IN(Surface) s, IN(Bsdf) bsdf, vec3 wo, vec2 u,
-                    vec2 u_choice, OUT(vec3) origin, OUT(vec3) direction) {
-  BsdfSample b;
-  bsdf_sample(bsdf, wo, u_choice.x, u, b);
+// Takes a path on along a sampled direction. Returns false where it ends.
+FN bool path_advance(IN(IntegratorData) integrator, INOUT(PathState) path, IN(Surface) s, IN(BsdfSample) b,
+                     float u_roulette, OUT(vec3) origin) {
   origin = s.p;
-  direction = b.wi;
   // A direction below the flat triangle would only meet the surface from inside.
   if (!(b.pdf > 0.0f) || dot(b.wi, s.ng) <= 0.0f) return false;
   path.throughput *= b.weight;
@@ -265,11 +269,20 @@ FN bool path_bounce(IN(IntegratorData) integrator, INOUT(PathState) path, IN(Sur
   // Russian roulette: survive in proportion to what the path still carries, as it will look (square root).
   if (path.bounce >= integrator.roulette_start) {
     const float survival = min(sqrt(max_component(path.throughput)), 1.0f);
-    if (u_choice.y >= survival) return false;
+    if (u_roulette >= survival) return false;
     path.throughput = path.throughput / survival;
   }
   origin = surface_ray_origin(s.p, s.ng, s.epsilon, b.wi);
   return max_component(path.throughput) > 0.0f;
+}
+
+// The next direction. Returns false where the path ends.
+FN bool path_bounce(IN(IntegratorData) integrator, INOUT(PathState) path, IN(Surface) s, IN(Bsdf) bsdf, vec3 wo, vec2 u,
+                    vec2 u_choice, OUT(vec3) origin, OUT(vec3) direction) {
+  BsdfSample b;
+  bsdf_sample(bsdf, wo, u_choice.x, u, b);
+  direction = b.wi;
+  return path_advance(integrator, path, s, b, u_choice.y, origin);
 }
 
 // May a ray of this path light surfaces where it lands, or only bring light home?

@@ -69,6 +69,8 @@ const uint MATERIAL_SPECULAR = 2u;     // has a dielectric or metallic lobe
 const uint MATERIAL_DIFFUSE = 4u;      // has a diffuse lobe
 const uint MATERIAL_TRANSPARENT = 8u;  // alpha below 1
 const uint MATERIAL_SAMPLED = 32u;     // its triangles are sampled as lights
+const uint MATERIAL_EMIT_FRONT = 64u;  // which sides of its triangles emit
+const uint MATERIAL_EMIT_BACK = 128u;
 const uint MATERIAL_MULTI_GGX = 16u;   // microfacet energy is preserved (Blender's "Multiscatter GGX")
 
 // One material: Principled BSDF, as far as it is a constant.
@@ -137,12 +139,14 @@ struct Emitter {
   uint instance;
   vec3 edge2;
   uint triangle;
-  vec3 normal;        // geometric, unit
+  vec3 normal;  // geometric, unit, on the front side
   uint material;
   vec3 radiance;
-  float cdf;          // cumulated selection probability up to and with this emitter
+  float cdf;  // cumulated selection probability up to and with this emitter
   uint visibility;
   int group;
+  uint sides;  // MATERIAL_EMIT_*
+  uint unused;
 };
 
 BUFFER_REF(Light, LightBuffer)
@@ -159,21 +163,21 @@ struct SceneData {
   MeshBuffer meshes;
   InstanceBuffer instances;
   EmitterBuffer emitters;
-  FloatBuffer albedo;        // tables of bsdf_tables.h
+  FloatBuffer albedo;  // tables of bsdf_tables.h
   FloatBuffer filter_table;  // inverse CDF of the pixel filter
   uint light_count;
   uint emitter_count;
   uint instance_count;
   uint material_count;
-  vec3 world;                // radiance of the background
+  vec3 world;  // radiance of the background
   uint world_visibility;
-  float emitter_norm;        // 1 / sum of area x luminance over the emitters
+  float emitter_norm;  // 1 / sum of area x luminance over the emitters
   int world_group;
 };
 
 #ifdef __cplusplus
 static_assert(sizeof(Light) == 112 && sizeof(Material) == 64 && sizeof(Mesh) == 56 && sizeof(Instance) == 112 &&
-              sizeof(Emitter) == 88 && sizeof(SceneData) == 104);
+              sizeof(Emitter) == 96 && sizeof(SceneData) == 104);
 }  // namespace cotorra
 #endif
 

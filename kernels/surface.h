@@ -32,6 +32,7 @@ struct Surface {
   float v;
   float epsilon;     // metres that clear the rounding of p
   float terminator;  // shadow terminator geometry offset, 0 = none
+  float side;        // 1: seen from the front, -1: from behind
 };
 
 FN vec3 instance_point(IN(Instance) i, vec3 p) { return i.x_axis * p.x + i.y_axis * p.y + i.z_axis * p.z + i.origin; }
@@ -97,13 +98,13 @@ FN void surface_fetch(IN(SceneData) scene, uint instance_id, uint triangle, OUT(
 
 // Position and normals at barycentric u, v, seen along `direction`: both normals turn to the ray's side together, as in
 // Blender. Returns the rounding of the position, in metres. Without branches, so that a loop vectorises.
-FN float surface_shape(IN(SurfaceTriangle) t, float u, float v, vec3 direction, OUT(vec3) p, OUT(vec3) ng,
-                       OUT(vec3) n) {
+FN float surface_shape(IN(SurfaceTriangle) t, float u, float v, vec3 direction, OUT(vec3) p, OUT(vec3) ng, OUT(vec3) n,
+                       OUT(float) side) {
   const float w = 1.0f - u - v;
   const vec3 c = cross(t.p1 - t.p0, t.p2 - t.p0) * t.orientation;
   const float c2 = dot(c, c);
   const vec3 face = c * (1.0f / sqrt(max(c2, 1e-37f)));
-  const float side = select(dot(face, direction) > 0.0f, -1.0f, 1.0f);
+  side = select(dot(face, direction) > 0.0f, -1.0f, 1.0f);
   const vec3 s = t.n0 * w + t.n1 * u + t.n2 * v;
   const float s2 = dot(s, s);
   p = t.p0 * w + t.p1 * u + t.p2 * v;
@@ -117,7 +118,7 @@ FN float surface_shape(IN(SurfaceTriangle) t, float u, float v, vec3 direction, 
 FN void surface_from_hit(IN(SceneData) scene, IN(Hit) hit, vec3 direction, OUT(Surface) s) {
   SurfaceTriangle t;
   surface_fetch(scene, hit.instance, hit.triangle, t);
-  s.epsilon = surface_shape(t, hit.u, hit.v, direction, s.p, s.ng, s.n);
+  s.epsilon = surface_shape(t, hit.u, hit.v, direction, s.p, s.ng, s.n, s.side);
   s.material = t.material;
   s.terminator = t.terminator;
   s.u = hit.u;

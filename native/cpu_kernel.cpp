@@ -3,7 +3,7 @@
 // between. Compiled once for each instruction set and set of features; what FEATURE leaves out leaves no code here.
 #include <algorithm>
 #include <array>
-#include <cstring>
+#include <chrono>
 #include <vector>
 
 #include "cpu_kernel.h"
@@ -15,6 +15,7 @@ constexpr std::uint32_t KERNEL_FEATURES = COTORRA_KERNEL_FEATURES;
 }  // namespace cotorra
 
 #include "../kernels/integrator.h"
+#include "cpu_lanes.h"
 
 #if defined(__AVX512F__)
 #define COTORRA_PACKET 16
@@ -24,18 +25,10 @@ constexpr std::uint32_t KERNEL_FEATURES = COTORRA_KERNEL_FEATURES;
 #define COTORRA_PACKET 4
 #endif
 
-// Everything that a vectorised loop calls must be inlined into it.
-#if defined(__GNUC__)
-#define COTORRA_FLATTEN [[gnu::flatten]]
-#else
-#define COTORRA_FLATTEN
-#endif
-
 namespace cotorra {
 namespace {
 
 constexpr int kWidth = COTORRA_PACKET;  // rays of one packet
-constexpr int kLanes = 1024;            // paths of one batch
 constexpr int kLastSharedPair = 250;    // lamps beyond share random pairs
 
 // Embree's entry points for this packet width.
@@ -61,78 +54,12 @@ void occluded(const embree::Api &rtc, const int *valid, embree::Scene bvh, embre
 #endif
 }
 
-template <class T, std::size_t N>
-struct alignas(64) Array {
-  T items[N + 64 / sizeof(T) +
-          1];  // a cache line more: arrays a page apart would share the same few lines of the cache
-  T &operator[](std::size_t i) { return items[i]; }
-  const T &operator[](std::size_t i) const { return items[i]; }
-  T *data() { return items; }
-  const T *data() const { return items; }
-};
-using Floats = Array<float, kLanes>;
-struct Vec3s {
-  Floats x, y, z;
-  vec3 get(std::size_t i) const { return {x[i], y[i], z[i]}; }
-  void set(std::size_t i, vec3 v) {
-    x[i] = v.x;
-    y[i] = v.y;
-    z[i] = v.z;
-  }
-};
-
-// The shading points of a batch, field by field: loops over lanes vectorise. Bsdf of kernels/bsdf.h, and what a lamp's
-// sample needs beside it.
-struct ShadingLanes {
-  Vec3s p, ng, wo, throughput;
-  Floats epsilon, terminator;
-  Vec3s n, diffuse, metal_f0, metal_range, metal_edge, coating_f0, coating_f90;
-  Floats p_glossy, no, alpha2, s_o, eta, fresnel_f0;
-  Array<uint, kLanes> lobes;
-
-  void set_bsdf(std::size_t i, const Bsdf &b) {
-    n.set(i, b.n);
-    diffuse.set(i, b.diffuse);
-    if (!FEATURE(FEATURE_SPECULAR)) return;
-    metal_f0.set(i, b.metal_f0);
-    metal_range.set(i, b.metal_range);
-    metal_edge.set(i, b.metal_edge);
-    coating_f0.set(i, b.coating_f0);
-    coating_f90.set(i, b.coating_f90);
-    p_glossy[i] = b.p_glossy;
-    no[i] = b.no;
-    alpha2[i] = b.alpha2;
-    s_o[i] = b.s_o;
-    eta[i] = b.eta;
-    fresnel_f0[i] = b.fresnel_f0;
-    lobes[i] = b.lobes;
-  }
-  Bsdf bsdf(std::size_t i) const {
-    Bsdf b{};
-    b.n = n.get(i);
-    b.diffuse = diffuse.get(i);
-    if (!FEATURE(FEATURE_SPECULAR)) return b;
-    b.metal_f0 = metal_f0.get(i);
-    b.metal_range = metal_range.get(i);
-    b.metal_edge = metal_edge.get(i);
-    b.coating_f0 = coating_f0.get(i);
-    b.coating_f90 = coating_f90.get(i);
-    b.p_glossy = p_glossy[i];
-    b.no = no[i];
-    b.alpha2 = alpha2[i];
-    b.s_o = s_o[i];
-    b.eta = eta[i];
-    b.fresnel_f0 = fresnel_f0[i];
-    b.lobes = lobes[i];
-    return b;
-  }
-};
-
-// What each lane's sample of one lamp would bring.
-struct LightLanes {
-  Vec3s origin, wi, contribution;
-  Floats distance;
-  Floats lift;  // terminator_amount
+// A packet as it was before it was traced, for RenderJob::measure_tracing.
+struct RecordedPacket {
+  embree::RayHit<kWidth> packet;
+  int count;
+  int flags;
+  bool shadow;
 };
 
 // The paths of a batch. Lanes are compacted at each vertex: `slot` tells which sample a lane belongs to.
@@ -142,6 +69,7 @@ struct Batch final : Workspace {
   Array<Surface, kLanes> surface;
   ShadingLanes shading;
   LightLanes light;
+  BounceLanes bounce;
   Array<uint, kLanes> slot;
   Array<uint, kLanes> random;
   Array<float, kLanes> u, v, u2, v2;
@@ -156,47 +84,10 @@ struct Batch final : Workspace {
   std::array<vec3, kWidth> shadow_contribution;
   std::array<int, kWidth> shadow_group;
   int shadow_count = 0;
+  std::vector<RecordedPacket> recorded;
   // What a call adds to the tile, kept apart so that a cancelled call leaves nothing half done.
   FilmTile staged;
 };
-
-// Random pairs of many paths at once; the loop vectorises.
-void fill_pairs(const uint *index, int n, uint pair_seed, float *u, float *v) {
-  for (int i = 0; i < n; ++i) {
-    const vec2 p = sampler_pair(index[i], pair_seed);
-    u[i] = p.x;
-    v[i] = p.y;
-  }
-}
-
-// One sample of a lamp for each lane. What distinguishes the kinds of lamps is constant in each instance, since a loop
-// with conditions that do not change in it would not vectorise.
-template <uint kType, bool kDisk>
-COTORRA_FLATTEN void sample_lamp(const Light &lamp, const ShadingLanes &in, const float *u, const float *v, int n,
-                                 LightLanes &out) {
-  Light light = lamp;
-  light.type = kType;
-  light.flags = kDisk ? lamp.flags | LIGHT_SOFT_FALLOFF : lamp.flags & ~LIGHT_SOFT_FALLOFF;
-  light.visibility = VISIBLE_ALL;
-  for (std::size_t i = 0; i < static_cast<std::size_t>(n); ++i) {
-    LightSample l;
-    light_sample(light, in.p.get(i), in.n.get(i), vec2(u[i], v[i]), l);
-    out.contribution.set(i, light_contribution(light, l, in.bsdf(i), in.wo.get(i), in.throughput.get(i), 1.0f));
-    const vec3 ng = in.ng.get(i);
-    out.origin.set(i, surface_ray_origin(in.p.get(i), ng, in.epsilon[i], l.wi));
-    out.lift[i] = terminator_amount(in.terminator[i], dot(in.n.get(i), l.wi), dot(ng, l.wi));
-    out.wi.set(i, l.wi);
-    out.distance[i] = l.distance;
-  }
-}
-
-using SampleLamp = void (*)(const Light &, const ShadingLanes &, const float *, const float *, int, LightLanes &);
-SampleLamp sample_lamp_of(const Light &lamp) {
-  const bool disk = (lamp.flags & LIGHT_SOFT_FALLOFF) != 0;
-  if (lamp.type == LIGHT_SUN) return sample_lamp<LIGHT_SUN, false>;
-  if (lamp.type == LIGHT_SPOT) return disk ? sample_lamp<LIGHT_SPOT, true> : sample_lamp<LIGHT_SPOT, false>;
-  return disk ? sample_lamp<LIGHT_POINT, true> : sample_lamp<LIGHT_POINT, false>;
-}
 
 class Renderer {
  public:
@@ -284,6 +175,10 @@ class Renderer {
     alignas(64) int valid[kWidth];
     for (int first = 0; first < lanes; first += kWidth) {
       for (int k = 0; k < kWidth; ++k) valid[k] = first + k < lanes ? -1 : 0;
+      if (job_.measure_tracing) {
+        b_.recorded.push_back({b_.packets[static_cast<std::size_t>(first / kWidth)], std::min(kWidth, lanes - first),
+                               arguments_.flags, false});
+      }
       intersect(*job_.rtc, valid, job_.bvh, &b_.packets[static_cast<std::size_t>(first / kWidth)], &arguments_);
     }
   }
@@ -509,6 +404,7 @@ class Renderer {
     if (b_.shadow_count == 0) return;
     alignas(64) int valid[kWidth];
     for (int k = 0; k < kWidth; ++k) valid[k] = k < b_.shadow_count ? -1 : 0;
+    if (job_.measure_tracing) b_.recorded.push_back({{b_.shadow, {}}, b_.shadow_count, arguments_.flags, true});
     occluded(*job_.rtc, valid, job_.bvh, &b_.shadow, &arguments_);
     for (std::size_t k = 0; k < static_cast<std::size_t>(b_.shadow_count); ++k) {
       // Embree sets tfar to -infinity where something is in the way.
@@ -533,17 +429,16 @@ class Renderer {
     fill_pairs(b_.random.data(), lanes, pair_seed(bounce, PAIR_BSDF), b_.u2.data(), b_.v2.data());
     Array<float, kLanes> choice, roulette;
     fill_pairs(b_.random.data(), lanes, pair_seed(bounce, PAIR_CHOICE), choice.data(), roulette.data());
+    sample_bsdf(b_.shading, choice.data(), b_.u2.data(), b_.v2.data(), lanes, b_.bounce);
     std::size_t next = 0;
     for (std::size_t i = 0; i < static_cast<std::size_t>(lanes); ++i) {
       PathState path = b_.path[i];
-      vec3 origin, direction;
-      if (!path_bounce(limits_, path, b_.surface[i], b_.shading.bsdf(i), b_.shading.wo.get(i), vec2(b_.u2[i], b_.v2[i]),
-                       vec2(choice[i], roulette[i]), origin, direction)) {
-        continue;
-      }
+      const BsdfSample sample{b_.bounce.wi.get(i), b_.bounce.pdf[i], b_.bounce.weight.get(i), b_.bounce.lobe[i]};
+      vec3 origin;
+      if (!path_advance(limits_, path, b_.surface[i], sample, roulette[i], origin)) continue;
       // A last ray can only bring light home: where bounces find none, it need not be traced.
       if (!FEATURE(FEATURE_BSDF_RAYS) && path_is_last(limits_, path)) continue;
-      set_ray(next, origin, direction, 0.0f, INFINITE_DISTANCE, path.ray_kind);
+      set_ray(next, origin, sample.wi, 0.0f, INFINITE_DISTANCE, path.ray_kind);
       b_.path[next] = path;
       b_.slot[next] = b_.slot[i];
       ++next;
@@ -598,11 +493,35 @@ void clear_staged(const FilmTile &tile, const PassSelection &passes, FilmTile &s
   if (passes.light_groups > 0) staged.groups.assign(n * passes.light_groups, vec3(0.0f));
 }
 
+double seconds_since(std::chrono::steady_clock::time_point begin) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+}
+
+// Traces what was recorded once more, and nothing else.
+void trace_again(const RenderJob &job, Batch &batch, RayCounts &counts) {
+  const auto begin = std::chrono::steady_clock::now();
+  embree::QueryArguments arguments;
+  arguments.feature_mask = job.embree_features;
+  for (RecordedPacket &r : batch.recorded) {
+    alignas(64) int valid[kWidth];
+    for (int k = 0; k < kWidth; ++k) valid[k] = k < r.count ? -1 : 0;
+    arguments.flags = r.flags;
+    if (r.shadow) {
+      occluded(*job.rtc, valid, job.bvh, &r.packet.ray, &arguments);
+    } else {
+      intersect(*job.rtc, valid, job.bvh, &r.packet, &arguments);
+    }
+  }
+  counts.traced_seconds += seconds_since(begin);
+  batch.recorded.clear();
+}
+
 bool render(const RenderJob &job, FilmTile &tile, std::uint32_t first, std::uint32_t count, Workspace &workspace,
             RayCounts &counts) {
   Batch &batch = static_cast<Batch &>(workspace);
   const int x_offset = job.region_x + tile.x0;
   const int y_offset = job.region_y + tile.y0;
+  const auto begin = std::chrono::steady_clock::now();
   clear_staged(tile, job.passes, batch.staged);
   Renderer renderer(job, batch, counts, x_offset, y_offset);
   const std::span<const std::uint16_t> pixels(tile.to_sample());
@@ -618,6 +537,10 @@ bool render(const RenderJob &job, FilmTile &tile, std::uint32_t first, std::uint
     }
   }
   tile.add(batch.staged, count);
+  if (job.measure_tracing) {
+    counts.busy_seconds += seconds_since(begin);
+    trace_again(job, batch, counts);
+  }
   return true;
 }
 

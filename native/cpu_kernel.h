@@ -36,17 +36,22 @@ struct RenderJob {
   std::uint32_t lights_at_once;  // all lamps are sampled at a vertex while there are at most so many
   bool transparent;
   bool camera_meets_lights;  // a lamp is visible to camera rays
+  bool measure_tracing;
   const std::atomic<bool> *cancel;
 };
 
 struct RayCounts {
   std::uint64_t camera = 0, bounce = 0, shadow = 0, samples = 0, rejected = 0;
+  // With RenderJob::measure_tracing: seconds of thread time for the whole work, and for Embree alone on the same rays.
+  double busy_seconds = 0.0, traced_seconds = 0.0;
   void add(const RayCounts &other) {
     camera += other.camera;
     bounce += other.bounce;
     shadow += other.shadow;
     samples += other.samples;
     rejected += other.rejected;
+    busy_seconds += other.busy_seconds;
+    traced_seconds += other.traced_seconds;
   }
 };
 

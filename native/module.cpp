@@ -109,6 +109,7 @@ SceneInput read_scene(nb::handle buffers, std::vector<nb::object> &keep) {
   in.materials.multi_ggx = view<uint, std::uint32_t>(materials, "multi_ggx", keep);
   in.materials.pass_index = view<int, std::int32_t>(materials, "pass_index", keep);
   in.materials.emission_sampling = view<uint, std::uint32_t>(materials, "emission_sampling", keep);
+  in.materials.emission_sides = view<uint, std::uint32_t>(materials, "emission_sides", keep);
   in.material_slots = view<uint, std::uint32_t>(buffers, "material_slots", keep);
 
   const nb::object lights = nb::getattr(buffers, "lights");
@@ -172,6 +173,7 @@ SettingsInput read_settings(nb::handle settings) {
   in.adaptive_min_samples = nb::cast<std::uint32_t>(nb::getattr(settings, "adaptive_min_samples"));
   in.transparent = nb::cast<bool>(nb::getattr(settings, "transparent_film"));
   in.threads = nb::cast<int>(nb::getattr(settings, "threads"));
+  in.measure_tracing = nb::cast<bool>(nb::getattr(settings, "measure_tracing"));
   for (nb::handle pass : nb::getattr(settings, "passes")) in.passes.push_back(nb::cast<std::string>(pass));
   return in;
 }
@@ -242,6 +244,8 @@ nb::dict session_stats(const Session &session) {
   d["rays"] = rays;
   d["samples"] = s.rays.samples;
   d["rejected_samples"] = s.rays.rejected;
+  d["busy_seconds"] = s.rays.busy_seconds;
+  d["traced_seconds"] = s.rays.traced_seconds;
   d["memory_bytes"] = s.bytes;
   d["isa"] = s.isa;
   d["features"] = feature_names(s.features);

@@ -12,6 +12,14 @@
 
 namespace cotorra {
 namespace {
+constexpr uint KERNEL_FEATURES = ~0u;
+}
+}  // namespace cotorra
+
+#include "../kernels/bsdf.h"
+
+namespace cotorra {
+namespace {
 
 template <class T>
 void require_size(std::span<const T> array, std::size_t size, const char *name) {
@@ -188,6 +196,9 @@ void Scene::validate(const SceneInput &in) const {
   require_size(in.materials.multi_ggx, materials, "materials.multi_ggx");
   require_size(in.materials.pass_index, materials, "materials.pass_index");
   require_size(in.materials.emission_sampling, materials, "materials.emission_sampling");
+  if (!in.materials.emission_sides.empty()) {
+    require_size(in.materials.emission_sides, materials, "materials.emission_sides");
+  }
   const std::size_t lights = in.lights.type.size();
   require_below(in.lights.type, 3, "lights.type");
   require_size(in.lights.strength, lights, "lights.strength");
@@ -218,13 +229,13 @@ void Scene::prepare_materials(const MaterialsInput &in) {
     m.specular_level = in.specular_level[i];
     m.alpha = in.alpha[i];
     m.pass_index = in.pass_index[i];
-    const bool dielectric = m.metallic < 1.0f && m.specular_level > 0.0f && m.ior != 1.0f;
-    if (m.metallic > 0.0f || dielectric) m.flags |= MATERIAL_SPECULAR;
-    if (m.metallic < 1.0f) m.flags |= MATERIAL_DIFFUSE;
+    m.flags = principled_flags(m);
     if (in.multi_ggx[i] != 0) m.flags |= MATERIAL_MULTI_GGX;
     if (max(max(m.emission.x, m.emission.y), m.emission.z) > 0.0f) {
       m.flags |= MATERIAL_EMISSIVE;
       if (in.emission_sampling[i] != 0) m.flags |= MATERIAL_SAMPLED;
+      const uint sides = in.emission_sides.empty() ? 3u : in.emission_sides[i];
+      m.flags |= ((sides & 1u) != 0 ? MATERIAL_EMIT_FRONT : 0u) | ((sides & 2u) != 0 ? MATERIAL_EMIT_BACK : 0u);
     }
   }
 }
@@ -361,7 +372,8 @@ void Scene::prepare_emitters() {
       const vec3 n = cross(e.edge1, e.edge2);
       const float len = length(n);
       if (!(len > 0.0f) || !std::isfinite(len)) continue;
-      e.normal = n * (1.0f / len);
+      e.normal = n * ((instance.flags & INSTANCE_MIRRORED) != 0 ? -1.0f / len : 1.0f / len);
+      e.sides = materials_[material].flags & (MATERIAL_EMIT_FRONT | MATERIAL_EMIT_BACK);
       e.area = 0.5f * len;
       e.instance = static_cast<uint>(k);
       e.triangle = t;

@@ -59,6 +59,7 @@ struct MaterialsInput {
   std::span<const uint> multi_ggx;
   std::span<const int> pass_index;
   std::span<const uint> emission_sampling;
+  std::span<const uint> emission_sides;  // 1 front, 2 back, 3 both; none: both
 };
 
 struct LightsInput {

@@ -40,6 +40,7 @@ struct SettingsInput {  // addon/export/buffers.py, RenderSettings
   std::uint32_t adaptive_min_samples = 0;
   bool transparent = false;
   int threads = 0;
+  bool measure_tracing = false;
   std::vector<std::string> passes;
 };
 

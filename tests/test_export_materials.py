@@ -365,7 +365,7 @@ def test_mix_of_two_bsdfs(factor: float, metallic: float) -> None:
 
 
 def test_one_sided_emission() -> None:
-    """As importers make it: Mix by Geometry's Backfacing. The front is rendered on both sides, and said so."""
+    """As importers make it: Mix by Geometry's Backfacing. Where only the emission differs, it is told by sides."""
     build.new_scene()
     material = build.material()
     tree, surface = tree_of(material)
@@ -374,6 +374,21 @@ def test_one_sided_emission() -> None:
     build.connect(tree, mix.outputs[0], surface)
     found, warnings = shown(material)
     assert found['emission'] == [4, 4, 4]
+    assert found['emission_sides'] == 1
+    assert warnings == []
+
+
+def test_back_faces_of_another_colour() -> None:
+    """Only emission has sides: what else differs is rendered alike, and said so."""
+    build.new_scene()
+    material = build.material()
+    tree, surface = tree_of(material)
+    red, blue = (build.node(tree, 'BsdfDiffuse', Color=color) for color in ((1, 0, 0, 1), (0, 0, 1, 1)))
+    mix = mixed('Mix', red, blue)
+    build.connect(tree, build.node(tree, 'NewGeometry').outputs['Backfacing'], mix.inputs[0])
+    build.connect(tree, mix.outputs[0], surface)
+    found, warnings = shown(material)
+    assert found['base_color'] == [1, 0, 0]
     assert warnings == [
         'Material "Material": back faces that differ from front faces are not supported yet: they are rendered alike'
     ]

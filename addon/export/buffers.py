@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The border between Blender and the native module: frozen dataclasses of NumPy arrays.
 
-Nothing here knows `bpy`, and nothing past here does: `cotorra_native` reads these attributes by name and validates them.
+Nothing here knows `bpy`, and nothing past here does: `cotorra_native` reads these attributes by name and checks them.
 All arrays are C-contiguous; lengths are metres, colours scene-linear, matrices row-major and applied to column vectors.
 """
 
@@ -28,7 +28,7 @@ class Mesh:
     """One triangle mesh in object space.
 
     name:      of the object data, for messages.
-    positions: (V, 3) float32; the buffer it views holds at least 4 bytes more (Embree reads 16 bytes at the last vertex).
+    positions: (V, 3) float32; the buffer it views holds 4 bytes more at least (Embree reads 16 bytes at each vertex).
     triangles: (T, 3) uint32 vertex indices.
     corners:   (T, 3) uint32 corner indices, or None where neither uv nor corner normals are there.
     normals:   None (flat), or (V, 3) float32 where `normals_domain` is 'POINT', (C, 3) where it is 'CORNER'.
@@ -79,6 +79,7 @@ class Materials:
     """M materials: the Principled BSDF's constants. Entry 0 is the default material of objects without one.
 
     emission is colour × strength. emission_sampling: 1 = sampled as a light, 0 = only found by rays.
+    emission_sides: 1 = the front of a face emits, 2 = its back, 3 = both; None = both everywhere.
     """
 
     base_color: F32  # (M, 3)
@@ -92,6 +93,7 @@ class Materials:
     multi_ggx: U32  # (M,) 1 = Multiscatter GGX, 0 = GGX
     pass_index: I32  # (M,)
     emission_sampling: U32  # (M,)
+    emission_sides: U32 | None = None  # (M,)
     names: tuple[str, ...] = ()
 
 
@@ -175,6 +177,7 @@ class RenderSettings:
     integrator: 'DIRECT' or 'PATH'. max_bounces counts all, the others their kind; DIRECT ignores them.
     passes:     native pass names, see PASSES; 'combined' is always there.
     threads:    0 = all.
+    measure_tracing: trace every ray a second time, alone, to tell how much of the time is Embree's; for benchmarks.
     """
 
     integrator: str = 'DIRECT'
@@ -190,6 +193,7 @@ class RenderSettings:
     transparent_film: bool = False
     threads: int = 0
     passes: tuple[str, ...] = ('combined',)
+    measure_tracing: bool = False
 
 
 # Native pass name -> channels. 'lightgroup:N' (3 channels) is the N-th light group.

@@ -32,6 +32,7 @@ class Row:
     alpha: float = 1.0
     pass_index: int = 0
     emission_sampling: bool = True
+    emission_sides: int = 3
 
 
 @dataclass(slots=True)
@@ -100,6 +101,7 @@ def material_arrays(table: MaterialTable) -> tuple[Materials, U32]:
         multi_ggx=np.array([bsdf.multi_ggx for bsdf in bsdfs], np.uint32),
         pass_index=np.array([row.pass_index for row in rows], np.int32),
         emission_sampling=np.array([row.emission_sampling for row in rows], np.uint32),
+        emission_sides=np.array([row.emission_sides for row in rows], np.uint32),
         names=tuple(row.name for row in rows),
     )
     return materials, np.array(table.slots, np.uint32)
@@ -112,15 +114,15 @@ def _read(material: bpy.types.Material, trees: Trees, log: Log) -> Row:
     tree = compat.node_tree(material)
     if tree is None:
         # As Cycles: the colour of the viewport, diffuse.
-        bsdf, emission, alpha = diffuse(tuple(material.diffuse_color)[:3]), BLACK, 1.0
+        bsdf, emission, alpha, sides = diffuse(tuple(material.diffuse_color)[:3]), BLACK, 1.0, 3
     else:
-        bsdf, emission, alpha = _read_tree(tree, trees, warn)
+        bsdf, emission, alpha, sides = _read_tree(tree, trees, warn)
     settings = getattr(material, 'cycles', None)  # absent where the Cycles add-on is disabled
     sampled = getattr(settings, 'emission_sampling', 'AUTO') != 'NONE'
-    return Row(material.name, bsdf, emission, alpha, material.pass_index, sampled)
+    return Row(material.name, bsdf, emission, alpha, material.pass_index, sampled, sides)
 
 
-def _read_tree(tree: bpy.types.NodeTree, trees: Trees, warn: Callable[[str], None]) -> tuple[Bsdf, Color, float]:
+def _read_tree(tree: bpy.types.NodeTree, trees: Trees, warn: Callable[[str], None]) -> tuple[Bsdf, Color, float, int]:
     output = output_node(tree)
     inputs = node_inputs(output) if output is not None else {}
     reader = Reader(trees, warn)
@@ -129,11 +131,19 @@ def _read_tree(tree: bpy.types.NodeTree, trees: Trees, warn: Callable[[str], Non
         reader.leave_out_linked(inputs, name)
     reader.report()
     warn_missing_images(tree, warn)
-    if reader.asks_side:
-        back = Reader(trees, _silent, back=1.0)
-        if principled(read_closure(back, inputs['Surface']), _silent) != front:
-            warn('back faces that differ from front faces are not supported yet: they are rendered alike')
-    return front
+    if not reader.asks_side:
+        return *front, 3
+    # A mix by Backfacing, as one-sided emitters are made: where only the emission differs, it gets its sides.
+    back = principled(read_closure(Reader(trees, _silent, back=1.0), inputs['Surface']), _silent)
+    if front[1] == back[1]:
+        sides, emission = 3, front[1]
+    elif back[1] == BLACK:
+        sides, emission = 1, front[1]
+    else:
+        sides, emission = (2, back[1]) if front[1] == BLACK else (3, front[1])
+    if (front[0], front[2]) != (back[0], back[2]) or (sides == 3 and front[1] != back[1]):
+        warn('back faces that differ from front faces are not supported yet: they are rendered alike')
+    return front[0], emission, front[2], sides
 
 
 def _silent(text: str) -> None:

@@ -1,0 +1,155 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Many shading points at once: fields of the kernels' structs as arrays by lane, and the loops over them that
+// vectorise. Included by cpu_kernel.cpp alone, after the kernels, so that each instruction set has its own.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+#include "../kernels/integrator.h"
+
+// Everything that a vectorised loop calls must be inlined into it.
+#if defined(__GNUC__)
+#define COTORRA_FLATTEN [[gnu::flatten]]
+#else
+#define COTORRA_FLATTEN
+#endif
+
+namespace cotorra {
+namespace {
+
+constexpr int kLanes = 1024;  // paths of one batch
+
+template <class T, std::size_t N>
+struct alignas(64) Array {
+  T items[N + 64 / sizeof(T) +
+          1];  // a cache line more: arrays a page apart would share the same few lines of the cache
+  T &operator[](std::size_t i) { return items[i]; }
+  const T &operator[](std::size_t i) const { return items[i]; }
+  T *data() { return items; }
+  const T *data() const { return items; }
+};
+using Floats = Array<float, kLanes>;
+struct Vec3s {
+  Floats x, y, z;
+  vec3 get(std::size_t i) const { return {x[i], y[i], z[i]}; }
+  void set(std::size_t i, vec3 v) {
+    x[i] = v.x;
+    y[i] = v.y;
+    z[i] = v.z;
+  }
+};
+
+// The shading points of a batch, field by field: loops over lanes vectorise. Bsdf of kernels/bsdf.h, and what a lamp's
+// sample needs beside it.
+struct ShadingLanes {
+  Vec3s p, ng, wo, throughput;
+  Floats epsilon, terminator;
+  Vec3s n, diffuse, metal_f0, metal_range, metal_edge, coating_f0, coating_f90;
+  Floats p_glossy, no, alpha2, s_o, eta, fresnel_f0;
+  Array<uint, kLanes> lobes;
+
+  void set_bsdf(std::size_t i, const Bsdf &b) {
+    n.set(i, b.n);
+    diffuse.set(i, b.diffuse);
+    if (!FEATURE(FEATURE_SPECULAR)) return;
+    metal_f0.set(i, b.metal_f0);
+    metal_range.set(i, b.metal_range);
+    metal_edge.set(i, b.metal_edge);
+    coating_f0.set(i, b.coating_f0);
+    coating_f90.set(i, b.coating_f90);
+    p_glossy[i] = b.p_glossy;
+    no[i] = b.no;
+    alpha2[i] = b.alpha2;
+    s_o[i] = b.s_o;
+    eta[i] = b.eta;
+    fresnel_f0[i] = b.fresnel_f0;
+    lobes[i] = b.lobes;
+  }
+  Bsdf bsdf(std::size_t i) const {
+    Bsdf b{};
+    b.n = n.get(i);
+    b.diffuse = diffuse.get(i);
+    if (!FEATURE(FEATURE_SPECULAR)) return b;
+    b.metal_f0 = metal_f0.get(i);
+    b.metal_range = metal_range.get(i);
+    b.metal_edge = metal_edge.get(i);
+    b.coating_f0 = coating_f0.get(i);
+    b.coating_f90 = coating_f90.get(i);
+    b.p_glossy = p_glossy[i];
+    b.no = no[i];
+    b.alpha2 = alpha2[i];
+    b.s_o = s_o[i];
+    b.eta = eta[i];
+    b.fresnel_f0 = fresnel_f0[i];
+    b.lobes = lobes[i];
+    return b;
+  }
+};
+
+// What each lane's sample of one lamp would bring.
+struct LightLanes {
+  Vec3s origin, wi, contribution;
+  Floats distance;
+  Floats lift;  // terminator_amount
+};
+
+// What each lane's sample of its BSDF is.
+struct BounceLanes {
+  Vec3s wi, weight;
+  Floats pdf;
+  Array<uint, kLanes> lobe;
+};
+
+// Random pairs of many paths at once; the loop vectorises.
+void fill_pairs(const uint *index, int n, uint pair_seed, float *u, float *v) {
+  for (int i = 0; i < n; ++i) {
+    const vec2 p = sampler_pair(index[i], pair_seed);
+    u[i] = p.x;
+    v[i] = p.y;
+  }
+}
+
+// One sample of a lamp for each lane. What distinguishes the kinds of lamps is constant in each instance, since a loop
+// with conditions that do not change in it would not vectorise.
+template <uint kType, bool kDisk>
+COTORRA_FLATTEN void sample_lamp(const Light &lamp, const ShadingLanes &in, const float *u, const float *v, int n,
+                                 LightLanes &out) {
+  Light light = lamp;
+  light.type = kType;
+  light.flags = kDisk ? lamp.flags | LIGHT_SOFT_FALLOFF : lamp.flags & ~LIGHT_SOFT_FALLOFF;
+  light.visibility = VISIBLE_ALL;
+  for (std::size_t i = 0; i < static_cast<std::size_t>(n); ++i) {
+    LightSample l;
+    light_sample(light, in.p.get(i), in.n.get(i), vec2(u[i], v[i]), l);
+    out.contribution.set(i, light_contribution(light, l, in.bsdf(i), in.wo.get(i), in.throughput.get(i), 1.0f));
+    const vec3 ng = in.ng.get(i);
+    out.origin.set(i, surface_ray_origin(in.p.get(i), ng, in.epsilon[i], l.wi));
+    out.lift[i] = terminator_amount(in.terminator[i], dot(in.n.get(i), l.wi), dot(ng, l.wi));
+    out.wi.set(i, l.wi);
+    out.distance[i] = l.distance;
+  }
+}
+
+COTORRA_FLATTEN void sample_bsdf(const ShadingLanes &in, const float *choice, const float *u, const float *v, int n,
+                                 BounceLanes &out) {
+  for (std::size_t i = 0; i < static_cast<std::size_t>(n); ++i) {
+    BsdfSample b;
+    bsdf_sample(in.bsdf(i), in.wo.get(i), choice[i], vec2(u[i], v[i]), b);
+    out.wi.set(i, b.wi);
+    out.weight.set(i, b.weight);
+    out.pdf[i] = b.pdf;
+    out.lobe[i] = b.lobe;
+  }
+}
+
+using SampleLamp = void (*)(const Light &, const ShadingLanes &, const float *, const float *, int, LightLanes &);
+SampleLamp sample_lamp_of(const Light &lamp) {
+  const bool disk = (lamp.flags & LIGHT_SOFT_FALLOFF) != 0;
+  if (lamp.type == LIGHT_SUN) return sample_lamp<LIGHT_SUN, false>;
+  if (lamp.type == LIGHT_SPOT) return disk ? sample_lamp<LIGHT_SPOT, true> : sample_lamp<LIGHT_SPOT, false>;
+  return disk ? sample_lamp<LIGHT_POINT, true> : sample_lamp<LIGHT_POINT, false>;
+}
+
+}  // namespace
+}  // namespace cotorra
