@@ -15,6 +15,7 @@ class CotorraRenderEngine(bpy.types.RenderEngine):
     bl_idname = choices.ENGINE
     bl_label = 'Cotorra'
     bl_use_preview = False
+    bl_use_shading_nodes_custom = False  # materials are made of Blender's own nodes; without this the editor hides them
     bl_use_eevee_viewport = True  # EEVEE draws the viewport's material preview, as it does for Cycles
 
     def update_render_passes(self, scene=None, renderlayer=None):

@@ -12,7 +12,7 @@ import bpy
 import cotorra
 import numpy as np
 import pytest
-from cotorra import final_render, passes, stats
+from cotorra import engine, final_render, passes, stats
 
 import fake_native
 from render_calls import read_exr, render_to
@@ -308,6 +308,30 @@ def test_pictures_in_between_cost_little(scene, monkeypatch):
     bpy.ops.render.render()
     # A picture of 0.04 s may come every 0.8 s at most: two in 1.5 s, and the last one.
     assert 2 <= len(fake_native.reads) <= 3
+
+
+def test_the_shader_editor_offers_blenders_nodes():
+    """By default Blender takes a Python engine for one with nodes of its own, and hides the Principled BSDF."""
+    assert not engine.CotorraRenderEngine.bl_use_shading_nodes_custom
+
+
+def test_the_compositor_gets_the_image(scene, tmp_path):
+    if hasattr(scene, 'compositing_node_group'):
+        tree = scene.compositing_node_group = bpy.data.node_groups.new('Compositing', 'CompositorNodeTree')
+        tree.interface.new_socket('Image', in_out='OUTPUT', socket_type='NodeSocketColor')
+        output = tree.nodes.new('NodeGroupOutput')
+    else:
+        scene.use_nodes = True
+        tree = scene.node_tree
+        tree.nodes.clear()
+        output = tree.nodes.new('CompositorNodeComposite')
+    layer = tree.nodes.new('CompositorNodeRLayers')
+    layer.scene = scene
+    inverted = tree.nodes.new('CompositorNodeInvert')
+    tree.links.new(layer.outputs['Image'], inverted.inputs['Color'])
+    tree.links.new(inverted.outputs['Color'], output.inputs[0])
+    found = read_exr(render_to(scene, tmp_path / 'inverted.exr'))['']['R']
+    assert found[-1, 0] == 1.0 and found[0, 0] == 0.5
 
 
 def test_persistent_data_is_harmless(scene):
