@@ -50,20 +50,17 @@ struct SurfaceTriangle {
   vec3 p0;
   float orientation;  // -1 where a mirroring transform turned the triangle over
   vec3 p1;
-  float smooth;       // 1: n0, n1, n2 are there
-  vec3 p2;
   float terminator;   // Instance's shadow terminator geometry offset, 0 where the triangle is flat
-  vec3 n0;
+  vec3 p2;
   uint material;
+  vec3 n0;            // null vectors where the triangle is flat
   vec3 n1;
-  uint unused;
   vec3 n2;
-  uint unused2;
 };
 
 FN void surface_fetch(IN(SceneData) scene, uint instance_id, uint triangle, OUT(SurfaceTriangle) t) {
   const Instance instance = LOAD(scene.instances, instance_id);
-  const Mesh mesh = LOAD(scene.meshes, instance.mesh);
+  Mesh mesh = LOAD(scene.meshes, instance.mesh);
   const uvec3 id = LOAD(mesh.triangles, triangle);
   t.p0 = LOAD(mesh.positions, id.x);
   t.p1 = LOAD(mesh.positions, id.y);
@@ -71,14 +68,12 @@ FN void surface_fetch(IN(SceneData) scene, uint instance_id, uint triangle, OUT(
   t.n0 = vec3(0.0f);
   t.n1 = vec3(0.0f);
   t.n2 = vec3(0.0f);
-  t.smooth = 0.0f;
   t.terminator = 0.0f;
   if ((mesh.flags & (MESH_SMOOTH_VERTEX | MESH_SMOOTH_CORNER)) != 0u) {
     const uvec3 ni = mesh_normal_indices(mesh, triangle, id);
     t.n0 = LOAD(mesh.normals, ni.x);
     t.n1 = LOAD(mesh.normals, ni.y);
     t.n2 = LOAD(mesh.normals, ni.z);
-    t.smooth = 1.0f;
     t.terminator = float(int(instance.flags >> INSTANCE_TERMINATOR_SHIFT)) * (1.0f / 65535.0f);
   }
   if ((instance.flags & INSTANCE_IDENTITY) == 0u) {
@@ -150,7 +145,7 @@ FN float plane_height(vec3 a, vec3 n, vec3 b, vec3 c, vec3 p, float side) {
 // offset", which this equals; Hanika 2021 describes the problem).
 FN vec3 surface_smooth_lift(IN(SceneData) scene, uint instance_id, uint triangle, float u, float v, vec3 ng) {
   const Instance instance = LOAD(scene.instances, instance_id);
-  const Mesh mesh = LOAD(scene.meshes, instance.mesh);
+  Mesh mesh = LOAD(scene.meshes, instance.mesh);
   const uvec3 id = LOAD(mesh.triangles, triangle);
   const uvec3 ni = mesh_normal_indices(mesh, triangle, id);
   const vec3 p0 = LOAD(mesh.positions, id.x);

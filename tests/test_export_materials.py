@@ -17,6 +17,7 @@ from scenes import build
 from scenes.depsgraphs import exported
 
 ALL = ('base_color', 'metallic', 'roughness', 'ior', 'specular_level', 'specular_tint', 'emission', 'alpha')
+FLAGS = ('multi_ggx', 'emission_sampling', 'emission_sides')
 
 
 def shown(material: bpy.types.Material | None) -> tuple[dict[str, object], list[str]]:
@@ -31,7 +32,7 @@ def shown(material: bpy.types.Material | None) -> tuple[dict[str, object], list[
 
 def row(buffers: SceneBuffers, index: int) -> dict[str, object]:
     materials = buffers.materials
-    found = {name: getattr(materials, name)[index].tolist() for name in (*ALL, 'multi_ggx', 'emission_sampling')}
+    found = {name: getattr(materials, name)[index].tolist() for name in (*ALL, *FLAGS)}
     return found | {'pass_index': int(materials.pass_index[index]), 'name': materials.names[index]}
 
 
