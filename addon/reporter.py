@@ -67,7 +67,9 @@ class Reporter:
             )
         if window_due:
             self._next_window = now + (BACKGROUND_SECONDS if bpy.app.background else WINDOW_SECONDS)
-            head = [self._title] if remaining is None else [self._title, f'Remaining {clock(remaining)}']
+            head = [self._title, f'Mem {memory / MEBIBYTE:.0f}M']
+            if remaining is not None:
+                head.insert(1, f'Remaining {clock(remaining)}')
             features = ', '.join(session.stats()['features'])
             self._engine.update_stats(' | '.join(head), f'Sample {samples}/{total_samples} | {features}')
             self._engine.update_progress((self._position + fraction) / self._count)

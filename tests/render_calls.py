@@ -17,6 +17,20 @@ from cotorra import compat
 
 TESTS = Path(__file__).resolve().parent
 
+# What Blender 4.5 calls some passes.
+NAMES_4 = {
+    'Object Index': 'IndexOB',
+    'Material Index': 'IndexMA',
+    'Diffuse Color': 'DiffCol',
+    'Emission': 'Emit',
+    'Environment': 'Env',
+}
+
+
+def here(name: str) -> str:
+    """The name of a pass in this Blender."""
+    return name if bpy.app.version >= (5, 0, 0) else NAMES_4.get(name, name)
+
 
 def render_to(scene: bpy.types.Scene, path: Path, multilayer: bool = False) -> Path:
     """Render the frame into a 32-bit EXR."""

@@ -15,7 +15,7 @@ import pytest
 from cotorra import engine, final_render, passes, stats
 
 import fake_native
-from render_calls import read_exr, render_to
+from render_calls import here, read_exr, render_to
 from scenes import build
 
 pytestmark = pytest.mark.usefixtures('engine', 'fake')
@@ -32,19 +32,6 @@ DATA_PASSES = {
     'use_pass_environment': ('Environment', 'RGB'),
     'use_pass_shadow': ('Shadow', 'RGB'),
 }
-# What Blender 4.5 calls some of them.
-NAMES_4 = {
-    'Object Index': 'IndexOB',
-    'Material Index': 'IndexMA',
-    'Diffuse Color': 'DiffCol',
-    'Emission': 'Emit',
-    'Environment': 'Env',
-}
-
-
-def here(name: str) -> str:
-    """The name of a pass in this Blender."""
-    return name if bpy.app.version >= (5, 0, 0) else NAMES_4.get(name, name)
 
 
 @pytest.fixture
