@@ -74,6 +74,8 @@ def bench_case(case: runner.Case, blender: int, options: argparse.Namespace) -> 
         case, 'CYCLES', counts, [1 + seed for seed in seeds], options.reference_samples, (1001, 1002)
     )
     result, same = judge.verdict(ours, renders, reference, cycles, cycles_reference, blender)
+    if options.engine == 'COTORRA':
+        result['tracing'] = runner.tracing(case, counts[0])
     width, height = case.size
     title = f'{case.source.name}, {case.bounces} bounces, {width}×{height}, {case.threads} threads'
     print(report.case_text(title, result, same, width * height) + '\n', flush=True)

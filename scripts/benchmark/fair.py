@@ -58,7 +58,11 @@ def make_fair(scene: bpy.types.Scene, engine: str, bounces: int, size: tuple[int
     cycles.volume_bounces = 0
     cycles.transparent_max_bounces = 8
 
-    if engine == 'COTORRA':
+    cycles.use_layer_samples = 'IGNORE'
+    for layer in scene.view_layers:
+        layer.samples = 0
+
+    if hasattr(scene, 'cotorra'):
         ours = scene.cotorra
         ours.device = 'CPU'
         ours.integrator = 'PATH' if bounces else 'DIRECT'
@@ -70,5 +74,5 @@ def set_job(scene: bpy.types.Scene, samples: int, seed: int, output: str) -> Non
     """What changes from one render to the next."""
     scene.render.filepath = output
     scene.render.use_file_extension = False
-    settings = scene.cotorra if scene.render.engine == 'COTORRA' else scene.cycles
-    settings.samples, settings.seed = samples, seed
+    for settings in (scene.cycles, getattr(scene, 'cotorra', scene.cycles)):
+        settings.samples, settings.seed = samples, seed

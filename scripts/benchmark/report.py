@@ -75,11 +75,15 @@ def case_text(title: str, result: dict[str, Any], same: SameImage, pixels: int) 
         text[-1] += f' ({note}slopes {entry["slope_ours"]:.2f} and {entry["slope_cycles"]:.2f})'
     for entry in result['equal_error_failed']:
         text.append(f'  equal error ({entry["measure"]}, {entry["against"]}): none, {entry["reason"]}')
-    rays = result['stats'].get('rays')
-    if rays:
-        million = {kind: count / result['rows'][-1]['render'] / 1e6 for kind, count in rays.items()}
-        kinds = ', '.join(f'{kind} {value:.2f}' for kind, value in million.items())
-        text.append(f'  {sum(million.values()):.2f} million rays a second ({kinds})')
+    tracing = result.get('tracing')
+    if tracing:
+        rays = sum(tracing['rays'].values())
+        kinds = ', '.join(f'{kind} {count / rays:.0%}' for kind, count in tracing['rays'].items())
+        ours, embree = (rays / tracing[key] / 1e6 for key in ('busy_seconds', 'traced_seconds'))
+        text.append(
+            f'  million rays a second and thread: ours {ours:.2f}, Embree alone on the same rays {embree:.2f}, '
+            f'ratio {ray_share(tracing):.1%} ({kinds})'
+        )
     bad = max(max(row['own']['bad'], row['cycles']['bad']) for row in result['rows'])
     if bad:
         text.append(f'  {bad} PIXELS WITH NaN OR INFINITY were left out')
@@ -88,6 +92,11 @@ def case_text(title: str, result: dict[str, Any], same: SameImage, pixels: int) 
         text.append(f'  noisy references: {share:.0%} of an error was subtracted for them; raise --reference-samples')
     text += ['  ' + line for line in describe(same).splitlines()]
     return '\n'.join(text)
+
+
+def ray_share(tracing: dict[str, Any]) -> float:
+    """Rays a second of the whole engine, over those of Embree alone on the same rays, thread for thread."""
+    return tracing['traced_seconds'] / tracing['busy_seconds']
 
 
 def summary(cases: list[dict[str, Any]]) -> str:
@@ -109,10 +118,12 @@ def summary(cases: list[dict[str, Any]]) -> str:
                 f'{own["whole"]:.2f}' if own else '-',
                 f'{own["cpu"]:.2f}' if own else '-',
                 f'{theirs["render"]:.2f}' if theirs else '-',
+                f'{ray_share(case["tracing"]):.0%}' if 'tracing' in case else '-',
                 f'{same["within"]:.2%}',
                 f'{same["total"]:+.3%}',
                 f'{ours / max(cycles, 1):.2f}',
             )
         )
-    head = ('scene', 'bounces', 'time ratio', 'whole', 'CPU', "Cycles' ref", 'tiles in 1 %', 'total', 'memory')
-    return f'Cycles / ours at equal error (trimmed); memory: ours / Cycles\n{table(head, lines)}'
+    head = ('scene', 'bounces', 'time ratio', 'whole', 'CPU', "Cycles' ref", 'rays', 'tiles in 1 %', 'total', 'memory')
+    what = 'Cycles / ours at equal error (trimmed); rays: ours / Embree alone; memory: ours / Cycles'
+    return f'{what}\n{table(head, lines)}'

@@ -135,6 +135,12 @@ def blender_memory(case: Case) -> int:
         return run_worker(task_of(case, 'BENCH_NULL', jobs))['renders'][0]['memory_peak']
 
 
+def tracing(case: Case, samples: int) -> dict[str, Any]:
+    """Cotorra's rays and its threads' seconds, and Embree's for the same rays alone."""
+    jobs = [{'samples': samples, 'seed': 1, 'output': ''}]
+    return run_worker(task_of(case, 'BENCH_TRACE', jobs))['tracing']
+
+
 def measure(
     case: Case,
     engine: str,

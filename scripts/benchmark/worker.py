@@ -16,7 +16,7 @@ import resource
 import sys
 import time
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import bpy
 
@@ -42,17 +42,43 @@ class BenchDump(bpy.types.RenderEngine):
     path = ''
 
     def render(self, depsgraph: bpy.types.Depsgraph) -> None:
-        from cotorra import export
-        from cotorra.log import Log
-
-        log = Log()
-        scene = depsgraph.scene_eval
-        dump = {
-            'scene': dataclasses.asdict(export.export_scene(depsgraph, scene, depsgraph.view_layer_eval, log)),
-            'camera': dataclasses.asdict(export.export_camera(scene, scene.camera, log)),
-        }
+        buffers, camera = exported(depsgraph)
+        dump = {'scene': dataclasses.asdict(buffers), 'camera': dataclasses.asdict(camera)}
         Path(self.path).write_bytes(pickle.dumps(dump))
         self.end_result(self.begin_result(0, 0, self.resolution_x, self.resolution_y))
+
+
+class BenchTrace(bpy.types.RenderEngine):
+    """Renders with Cotorra and lets Embree alone trace every ray once more; the picture is thrown away."""
+
+    bl_idname = 'BENCH_TRACE'
+    bl_label = 'Rays (benchmark)'
+    stats: ClassVar[dict[str, Any]] = {}
+
+    def render(self, depsgraph: bpy.types.Depsgraph) -> None:
+        from cotorra import native
+        from cotorra.settings import render_settings
+
+        buffers, camera = exported(depsgraph)
+        settings = render_settings(depsgraph.scene_eval, depsgraph.view_layer_eval, ('combined',))
+        module = native.load()
+        scene = module.Scene(buffers, threads=settings.threads, embree=native.embree_library())
+        session = module.Session(scene, camera, dataclasses.replace(settings, measure_tracing=True))
+        session.start()
+        while not session.wait(0.5):
+            pass
+        self.stats.update(session.stats())
+        self.end_result(self.begin_result(0, 0, self.resolution_x, self.resolution_y))
+
+
+def exported(depsgraph: bpy.types.Depsgraph) -> tuple[Any, Any]:
+    """What Cotorra's native module is given: the scene's arrays and the camera."""
+    from cotorra import export
+    from cotorra.log import Log
+
+    scene, layer, log = depsgraph.scene_eval, depsgraph.view_layer_eval, Log()
+    camera = export.export_camera(scene, scene.camera.evaluated_get(depsgraph), log)
+    return export.export_scene(depsgraph, scene, layer, log), camera
 
 
 def memory(field: str) -> int:
@@ -134,15 +160,13 @@ def own_stats() -> dict[str, Any]:
 def main() -> None:
     task = json.loads(Path(sys.argv[1]).read_text())
     engine = task['engine']
-    if engine == 'COTORRA' or task['source']['kind'] == 'demo':  # a demo is a scene set up for Cotorra
+    if engine not in ('CYCLES', 'BENCH_NULL') or task['source']['kind'] == 'demo':  # a demo is set up for Cotorra
         import cotorra
 
         cotorra.register()
-    if engine == 'BENCH_NULL':
-        bpy.utils.register_class(BenchNull)
-    elif engine == 'BENCH_DUMP':
-        BenchDump.path = task['dump']
-        bpy.utils.register_class(BenchDump)
+    BenchDump.path = task.get('dump', '')
+    for cls in (BenchNull, BenchDump, BenchTrace):
+        bpy.utils.register_class(cls)
     scenes.build(scenes.SceneSource(**task['source']))
     cut = scenes.strip_textures() if task['constants'] else []
     fair.make_fair(bpy.context.scene, engine, task['bounces'], tuple(task['size']), task['threads'])
@@ -151,14 +175,16 @@ def main() -> None:
     first_sample = FirstSample()
     bpy.app.handlers.render_stats.append(first_sample)
     renders = [render(task, job, first_sample) for job in task['jobs']]
-    if engine == 'BENCH_DUMP' and not Path(task['dump']).is_file():
-        sys.exit('the export failed')  # Blender prints what an engine raises and goes on
+    done = {'BENCH_DUMP': Path(BenchDump.path).is_file(), 'BENCH_TRACE': bool(BenchTrace.stats)}
+    if not done.get(engine, True):  # Blender prints what an engine raises and goes on
+        sys.exit(f'{engine} failed')
     result = {
         'engine': engine,
         'blender': bpy.app.version_string,
         'python': platform.python_version(),
         'cut': cut,
         'renders': renders,
+        'tracing': BenchTrace.stats,
     }
     Path(sys.argv[2]).write_text(json.dumps(result))
     # Blender 4.5 hangs at exit while an engine written in Python is registered, and a benchmark need not clean up.
