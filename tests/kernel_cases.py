@@ -245,16 +245,21 @@ SURFACES = [
     ),
     Case(
         'surface_hits',
-        'surface_from_hit(scene, hit, d, s); uv = surface_uv(scene, s); origin = surface_ray_origin(s, wi);',
+        'surface_from_hit(scene, hit, d, s); uv = surface_uv(scene, s);'
+        'origin = surface_ray_origin(s.p, s.ng, s.epsilon, wi);'
+        'surface_fetch(scene, hit.instance, hit.triangle, triangle);'
+        'rounding = surface_shape(triangle, hit.u, hit.v, wi, p, ng, n, side);',
         {'hit': ('Hit', hits), 'd': DIRECTION, 'wi': DIRECTION},
-        {'s': 'Surface', 'uv': 'vec2', 'origin': 'vec3'},
+        {'s': 'Surface', 'uv': 'vec2', 'origin': 'vec3', 'triangle': 'SurfaceTriangle', 'rounding': 'float'}
+        | {'p': 'vec3', 'ng': 'vec3', 'n': 'vec3', 'side': 'float'},
         scene=True,
     ),
     Case(
         'surface_lifts',
         'height = plane_height(a, n, b, c, p, side);'
         'const bool smooth_mesh = LOAD(scene.meshes, LOAD(scene.instances, s.instance).mesh).flags != 0u;'
-        'lift = vec3(0.0f); if (smooth_mesh) lift = surface_smooth_lift(scene, s);',
+        'lift = vec3(0.0f);'
+        'if (smooth_mesh) lift = surface_smooth_lift(scene, s.instance, s.triangle, s.u, s.v, s.ng);',
         {
             'a': POINT,
             'n': NORMAL,

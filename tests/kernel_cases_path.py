@@ -6,7 +6,7 @@ What needs no material stands in kernel_cases.py.
 
 from __future__ import annotations
 
-from kernel_cases import COLOR, DIRECTION, NORMAL, POINT, ROUNDING, SPOT_EDGE, SQUARE, SURFACE, UINT, UNIT
+from kernel_cases import COLOR, DIRECTION, NORMAL, POINT, ROUNDING, SILHOUETTE, SPOT_EDGE, SQUARE, SURFACE, UINT, UNIT
 from kernel_inputs import (
     LIGHTS,
     choices,
@@ -167,10 +167,11 @@ STAGES = [
     Case(
         'path_finds',
         'light = path_meet_light(scene, lamp, path, p, d, t_max, group); sky = path_escape(scene, path);'
+        'front = select(emits_from(material.flags, s.side), 1u, 0u);'
         'glow = path_emission(scene, path, s, material, d, t_max);',
         {'lamp': LAMP, 'path': PATH, 'p': POINT, 'd': DIRECTION, 't_max': ('float', magnitudes(0.1, 100.0))}
         | {'s': SURFACE, 'material': MATERIAL},
-        {'light': 'vec3', 'group': 'int', 'sky': 'vec3', 'glow': 'vec3'},
+        {'light': 'vec3', 'group': 'int', 'sky': 'vec3', 'front': 'uint', 'glow': 'vec3'},
         scene=True,
     ),
     Case(
@@ -183,14 +184,18 @@ STAGES = [
     Case(
         'light_stage',
         FACING + 'seen = visible_bsdf(bsdf, o, wi, mask, pdf);'
+        'const Light light = LOAD(scene.lights, lamp); LightSample l; light_sample(light, s.p, s.n, u, l);'
+        'gain = light_contribution(light, l, bsdf, o, path.throughput, 2.0f);'
+        'casts = select(light_shadow_ray(scene, light, s, path.bounce, l.wi, l.distance, gain, shadow), 1u, 0u);'
         'lit = select(path_sample_light(scene, lamp, path, s, bsdf, o, u, 2.0f, ray), 1u, 0u);'
         'importance = light_importance(scene, lamp, s); pick = path_pick_light(scene, s, u.x, scale);',
         {'material': MATERIAL, 's': SURFACE, 'wo': WO, 'wi': DIRECTION, 'mask': ('uint', integers(64)), 'lamp': LAMP}
         | {'path': PATH, 'u': SQUARE},
         {'seen': 'vec3', 'pdf': 'float', 'lit': 'uint', 'ray': 'ShadowRay', 'importance': 'float', 'pick': 'uint'}
-        | {'scale': 'float'},
+        | {'scale': 'float', 'gain': 'vec3', 'casts': 'uint', 'shadow': 'ShadowRay'},
         ROUNDING,
-        {'ray.contribution': SPOT_EDGE},
+        dict.fromkeys(('ray.contribution', 'shadow.contribution', 'gain'), SPOT_EDGE)
+        | dict.fromkeys(('ray.t_max', 'shadow.t_max'), SILHOUETTE),
         scene=True,
     ),
     Case(
@@ -203,13 +208,15 @@ STAGES = [
     ),
     Case(
         'bounce_stage',
-        FACING
-        + 'next = state; goes_on = select(path_bounce(integrator, next, s, bsdf, o, u, choice, origin, d), 1u, 0u);',
+        FACING + 'BsdfSample b; bsdf_sample(bsdf, o, choice.x, u, b); onward = state;'
+        'advanced = select(path_advance(integrator, onward, s, b, choice.y, start), 1u, 0u); next = state;'
+        'goes_on = select(path_bounce(integrator, next, s, bsdf, o, u, choice, origin, d), 1u, 0u);',
         {'integrator': INTEGRATOR, 'state': PATH, 's': SURFACE, 'material': ROUGH, 'wo': WO, 'u': SQUARE}
         | {'choice': SQUARE},
-        {'goes_on': 'uint', 'next': 'PathState', 'origin': 'vec3', 'd': 'vec3'},
+        {'goes_on': 'uint', 'next': 'PathState', 'origin': 'vec3', 'd': 'vec3'}
+        | {'advanced': 'uint', 'onward': 'PathState', 'start': 'vec3'},
         HALF_VECTOR,
-        {'next.pdf': GRAZING, 'next.throughput': GRAZING},
+        {f'{path}.{name}': GRAZING for path in ('next', 'onward') for name in ('pdf', 'throughput')},
         scene=True,
     ),
 ]

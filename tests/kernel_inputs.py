@@ -97,7 +97,7 @@ def materials(least_roughness: float = 0.0) -> Draw:
         ior=choices(1.0, 1.33, 1.45, 1.5, 2.4, 0.8),
         specular_level=choices(0.5, 0.5, 0.0, 1.0, 0.2),
         alpha=uniform(),
-        flags=integers(64),
+        flags=integers(256),
         pass_index=integers(100),
     )
 
@@ -111,7 +111,7 @@ def lights(rng: np.random.Generator, n: int) -> np.ndarray:
         axis=directions(),
         radiance=colors(20.0),
         type=choices(known['LIGHT_POINT'], known['LIGHT_SUN'], known['LIGHT_SPOT']),
-        flags=integers(8),
+        flags=integers(16),
         visibility=integers(64),
         group=integers(3),
         max_bounces=integers(4),
@@ -163,7 +163,7 @@ def scene() -> Scene:
     meshes = np.zeros(MESHES, dtype_of('Mesh'))
     smooth = (0, known['MESH_SMOOTH_VERTEX'], known['MESH_SMOOTH_CORNER'], known['MESH_SMOOTH_CORNER'])
     meshes['flags'] = np.array(smooth) | np.array((0, known['MESH_HAS_UV'], known['MESH_HAS_SLOTS'], 0))
-    meshes['flags'][3] |= known['MESH_HAS_UV'] | known['MESH_HAS_SLOTS'] | known['MESH_MIRRORED']
+    meshes['flags'][3] |= known['MESH_HAS_UV'] | known['MESH_HAS_SLOTS']
     meshes['triangle_count'] = TRIANGLES
     nested = [(mesh, name, array) for mesh in range(MESHES) for name, array in _mesh_arrays(rng).items()]
 
@@ -179,7 +179,7 @@ def scene() -> Scene:
     instances['material_base'] = np.arange(INSTANCES)
     instances['material_count'] = 3
     instances['visibility'] = known['VISIBLE_ALL']
-    instances['flags'][0] = known['INSTANCE_IDENTITY']
+    instances['flags'][:3] = known['INSTANCE_IDENTITY'], known['INSTANCE_MIRRORED'], 0
     instances['flags'] |= (rng.integers(0, 1 << 16, INSTANCES) << known['INSTANCE_TERMINATOR_SHIFT']).astype(np.uint32)
 
     emitters = np.zeros(EMITTERS, dtype_of('Emitter'))
@@ -192,6 +192,7 @@ def scene() -> Scene:
     emitters['instance'] = rng.integers(0, INSTANCES, EMITTERS)
     emitters['triangle'] = rng.integers(0, TRIANGLES, EMITTERS)
     emitters['visibility'] = known['VISIBLE_ALL']
+    emitters['sides'] = rng.choice((known['MATERIAL_EMIT_FRONT'], known['MATERIAL_EMIT_BACK']), EMITTERS)
     power = emitters['area'] * (emitters['radiance'] @ np.array((0.2126, 0.7152, 0.0722), np.float32))
     emitters['cdf'] = np.cumsum(power) / power.sum()
 
@@ -234,7 +235,7 @@ def surfaces(rng: np.random.Generator, n: int) -> np.ndarray:
         p=points(),
         ng=directions(),
         epsilon=magnitudes(1e-7, 1e-5),
-        flags=integers(4),
+        side=choices(-1.0, 1.0),
         terminator=choices(0.0, 0.1, 0.3),
         material=integers(MATERIALS),
         instance=integers(INSTANCES),
