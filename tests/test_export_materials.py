@@ -78,9 +78,9 @@ def test_principled_constants() -> None:
         'specular_tint': [0.5, 0.25, 1],
         'emission': [8, 4, 2],
         'alpha': 0.5,
+        'multi_ggx': 1,
         'emission_sampling': 1,
         'emission_sides': 3,
-        'emission_sampling': 1,
         'pass_index': 3,
         'name': 'Full',
     }
