@@ -48,7 +48,6 @@ def three_lights(scene: bpy.types.Scene) -> None:
     monkey = bmesh.new()
     bmesh.ops.create_monkey(monkey)
     mesh = new_mesh('Monkey', monkey)
-    mesh.materials.append(None)
     mesh.shade_smooth()
     finishes = [
         add_material('Gold', (1.0, 0.71, 0.29), metallic=1.0, roughness=0.28),
@@ -62,11 +61,8 @@ def three_lights(scene: bpy.types.Scene) -> None:
     chance = random.Random(7)
     for number in range(30):
         row, column = divmod(number, 6)
-        item = bpy.data.objects.new(f'Monkey {number + 1}', mesh)
-        scene.collection.objects.link(item)
+        item = add_user(scene, f'Monkey {number + 1}', mesh, finishes[(number * 3 + row) % len(finishes)])
         item.modifiers.new('Subdivision', 'SUBSURF').render_levels = 2
-        item.material_slots[0].link = 'OBJECT'
-        item.material_slots[0].material = finishes[(number * 3 + row) % len(finishes)]
         item.location = ((column - 2.5 + 0.5 * (row % 2) - 0.25) * 2.9, row * 2.9, 0.98)
         item.rotation_euler = (0.0, 0.0, chance.uniform(-0.55, 0.55))
 
@@ -123,7 +119,8 @@ def box_room(scene: bpy.types.Scene) -> None:
         scene, 'Cube', (0, 0, 0), (1.15, 1.15, 1.15), add_material('Green plastic', (0.03, 0.30, 0.10), roughness=0.25)
     )
     cube.location, cube.rotation_euler = (0.15, -0.35, 0.575), (0.0, 0.0, 0.55)
-    sphere = add_sphere(scene, 'Sphere', 0.8, add_material('Gold', (1.0, 0.71, 0.29), metallic=1.0, roughness=0.32))
+    gold = add_material('Gold', (1.0, 0.71, 0.29), metallic=1.0, roughness=0.32)
+    sphere = add_user(scene, 'Sphere', sphere_mesh(0.8), gold)
     sphere.location = (1.95, 0.55, 0.8)
 
     add_sun(scene, 'Sun', (1.0, 0.85, 0.65), 8.0, angle=0.53, direction=(0.80, -0.42, -0.52))
@@ -152,6 +149,7 @@ def material_grid(scene: bpy.types.Scene) -> None:
     add_mesh(scene, 'Backdrop', backdrop, wall).matrix_world = (
         Matrix.Translation((0.0, 5.0, 0.0)) @ Euler((math.pi / 2, 0.0, 0.0)).to_matrix().to_4x4()
     )
+    mesh = sphere_mesh(radius)
     for row in range(rows):
         for column in range(columns):
             metallic = row / (rows - 1)
@@ -162,7 +160,7 @@ def material_grid(scene: bpy.types.Scene) -> None:
                 metallic=metallic,
                 roughness=roughness,
             )
-            sphere = add_sphere(scene, f'Sphere {row + 1}-{column + 1}', radius, material)
+            sphere = add_user(scene, f'Sphere {row + 1}-{column + 1}', mesh, material)
             sphere.location = ((column + 0.5) * step - wide / 2, 0.0, (row + 0.5) * step - high / 2)
 
     add_sun(scene, 'Sun', (1.0, 0.95, 0.88), 1.3, angle=4.0, direction=(0.45, 0.75, -0.55))
@@ -224,12 +222,23 @@ def add_box(
     return item
 
 
-def add_sphere(scene: bpy.types.Scene, name: str, radius: float, material: bpy.types.Material) -> bpy.types.Object:
+def add_user(scene: bpy.types.Scene, name: str, mesh: bpy.types.Mesh, material: bpy.types.Material) -> bpy.types.Object:
+    """An object of a mesh that others show too, with a material of its own."""
+    if not mesh.materials:
+        mesh.materials.append(None)
+    item = bpy.data.objects.new(name, mesh)
+    scene.collection.objects.link(item)
+    item.material_slots[0].link = 'OBJECT'
+    item.material_slots[0].material = material
+    return item
+
+
+def sphere_mesh(radius: float) -> bpy.types.Mesh:
     shape = bmesh.new()
     bmesh.ops.create_uvsphere(shape, u_segments=96, v_segments=48, radius=radius)
-    item = add_mesh(scene, name, shape, material)
-    item.data.shade_smooth()
-    return item
+    mesh = new_mesh('Sphere', shape)
+    mesh.shade_smooth()
+    return mesh
 
 
 def smooth_below(mesh: bpy.types.Mesh, angle: float) -> None:
