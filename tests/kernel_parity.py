@@ -18,6 +18,8 @@ from native_build import BUILD, build
 from vulkan import Buffer, Runner
 
 COUNT = 16384
+ALL_FEATURES = 0xFFFFFFFF
+FEATURES_CONSTANT = 0  # the constant_id of KERNEL_FEATURES
 Draw = Callable[[np.random.Generator, int], np.ndarray]
 
 
@@ -135,11 +137,11 @@ def glsl(case: Case) -> str:
     )
 
 
-def cpp(cases: Sequence[Case]) -> str:
-    """One C++ library for all cases, a function of C's each."""
+def cpp(cases: Sequence[Case], features: int) -> str:
+    """One C++ library for all cases, a function of C's each, with the features that are given compiled in."""
     parts = [
         '#include <cstdint>\n',
-        'namespace cotorra { constexpr std::uint32_t KERNEL_FEATURES = 0xffffffffu; }\n',
+        f'namespace cotorra {{ constexpr std::uint32_t KERNEL_FEATURES = {features:#x}u; }}\n',
         _INCLUDES,
         'namespace cotorra {\nBUFFER_REF(SceneData, SceneDataBuffer)\n',
     ]
@@ -159,13 +161,14 @@ def cpp(cases: Sequence[Case]) -> str:
 # ---- Running
 
 
-def build_cpu(cases: Sequence[Case]) -> ctypes.CDLL:
+def build_cpu(cases: Sequence[Case], features: int) -> ctypes.CDLL:
     """The library of all cases for the CPU."""
-    source = BUILD / 'kernel_cases.cpp'
+    name = f'kernel_cases_{features:x}'
+    source = BUILD / f'{name}.cpp'
     source.parent.mkdir(parents=True, exist_ok=True)
-    source.write_text(cpp(cases))
+    source.write_text(cpp(cases, features))
     # Some outputs stay unset in branches that their flag output tells of; the comparison reads them as given.
-    return build('kernel_cases', [source], ['-Wno-maybe-uninitialized'])
+    return build(name, [source], ['-Wno-maybe-uninitialized'])
 
 
 def run_cpu(library: ctypes.CDLL, case: Case, inputs: np.ndarray, scene: Scene) -> np.ndarray:
@@ -182,8 +185,8 @@ def run_cpu(library: ctypes.CDLL, case: Case, inputs: np.ndarray, scene: Scene) 
     return outputs
 
 
-def run_vulkan(runner: Runner, case: Case, inputs: np.ndarray, scene: Scene) -> np.ndarray:
-    """The outputs of a case on the Vulkan device."""
+def run_vulkan(runner: Runner, case: Case, inputs: np.ndarray, scene: Scene, features: int) -> np.ndarray:
+    """The outputs of a case on the Vulkan device; the features are a specialization constant of its shader."""
     kept: list[Buffer] = []
 
     def put(array: np.ndarray) -> int:
@@ -194,8 +197,8 @@ def run_vulkan(runner: Runner, case: Case, inputs: np.ndarray, scene: Scene) -> 
     input_address = put(inputs)
     output_address = put(np.zeros(len(inputs), dtype))
     output = kept[-1]
-    runner.run(kernels.compile_glsl(f'case_{case.name}', glsl(case)),
-               [input_address, output_address, scene.place(put)], len(inputs))  # fmt: skip
+    spirv = kernels.compile_glsl(f'case_{case.name}', glsl(case))
+    runner.run(spirv, [input_address, output_address, scene.place(put)], len(inputs), {FEATURES_CONSTANT: features})
     return output.data.view(dtype).copy()
 
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import ctypes
 import re
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -16,15 +17,10 @@ import kernel_cases
 import kernel_cases_path
 import kernel_source as kernels
 from kernel_inputs import scene
-from kernel_parity import Case, build_cpu, differences, run_cpu, run_vulkan
+from kernel_parity import ALL_FEATURES, Case, build_cpu, differences, run_cpu, run_vulkan
 from vulkan import Runner, open_lavapipe
 
 CASES = [*kernel_cases.CASES, *kernel_cases_path.CASES]
-
-
-@pytest.fixture(scope='module')
-def cpu() -> ctypes.CDLL:
-    return build_cpu(CASES)
 
 
 @pytest.fixture(scope='module')
@@ -35,11 +31,27 @@ def lavapipe() -> Runner:
     return runner
 
 
-@pytest.mark.parametrize('case', CASES, ids=lambda case: case.name)
-def test_same_on_cpu_and_vulkan(case: Case, cpu: ctypes.CDLL, lavapipe: Runner) -> None:
+@cache
+def cpu(features: int) -> ctypes.CDLL:
+    return build_cpu(CASES, features)
+
+
+def compare(case: Case, lavapipe: Runner, features: int) -> None:
     inputs = case.draw()
-    found = differences(case, inputs, run_cpu(cpu, case, inputs, scene()), run_vulkan(lavapipe, case, inputs, scene()))
+    on_cpu = run_cpu(cpu(features), case, inputs, scene())
+    found = differences(case, inputs, on_cpu, run_vulkan(lavapipe, case, inputs, scene(), features))
     assert not found, '\n'.join(found)
+
+
+@pytest.mark.parametrize('case', CASES, ids=lambda case: case.name)
+def test_same_on_cpu_and_vulkan(case: Case, lavapipe: Runner) -> None:
+    compare(case, lavapipe, ALL_FEATURES)
+
+
+@pytest.mark.parametrize('case', kernel_cases_path.CASES, ids=lambda case: case.name)
+def test_same_with_every_feature_off(case: Case, lavapipe: Runner) -> None:
+    """The kernels branch on features while they are compiled: both languages must leave out the same."""
+    compare(case, lavapipe, 0)
 
 
 @pytest.mark.parametrize('header', kernels.HEADERS, ids=lambda path: path.stem)
