@@ -41,7 +41,7 @@ def renders(seed: int, variance: float, seconds: float, bias: float = 0.0) -> li
             memory=3000 + n,
             stats={},
         )
-        for n in COUNTS
+        for n in reversed(COUNTS)
     ]
 
 
@@ -57,15 +57,15 @@ def test_equal_error_of_known_engines() -> None:
     result, same = judge.verdict('OURS', ours, halves(3, 0.5), cycles, halves(4, 1.0), blender=1000)
     assert not result['equal_error_failed']
     for entry in result['equal_error']:
-        # The squared error of 62,208 noisy values is known to 0.6 %, each ratio of two fits to a few percent.
-        assert entry['samples'] == pytest.approx(32, rel=0.05)
-        assert entry['render'] == pytest.approx(4.0, rel=0.05)
-        assert entry['cpu'] == pytest.approx(4.0, rel=0.05)
-        assert entry['whole'] == pytest.approx((2 + 12.8) / (2 + 3.2), rel=0.05)
+        # The brightest tenth of 62,208 noisy values makes most of the MSE, which is known to 2 %; fits double that.
+        assert entry['samples'] == pytest.approx(32, rel=0.1)
+        assert entry['render'] == pytest.approx(4.0, rel=0.1)
+        assert entry['cpu'] == pytest.approx(4.0, rel=0.1)
+        assert entry['whole'] == pytest.approx((2 + 12.8) / (2 + 3.2), rel=0.1)
         assert entry['slope_ours'] == pytest.approx(1.0, abs=0.05)
         assert not entry['extrapolated']
     assert same.beyond_noise == 0.0
-    assert [row['memory'] for row in result['rows']] == [2016, 2032, 2064] * 2
+    assert [row['memory'] for row in result['rows']] == [None, None, 2064] * 2
 
 
 def test_a_systematic_difference_is_no_noise() -> None:

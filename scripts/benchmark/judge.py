@@ -24,7 +24,7 @@ class Row:
     render: float
     whole: float
     cpu: float
-    memory: int  # peak above Blender's own
+    memory: int | None  # peak above Blender's own, of the first render of the process; the later ones reuse it
     own: Error  # against the engine's own converged image: noise alone
     cycles: Error  # against Cycles' converged image: noise and any systematic difference
 
@@ -66,7 +66,7 @@ def rows(engine: str, renders: list[Render], own: Reference, cycles: Reference, 
                 render=median(render.render for render in chosen),
                 whole=median(render.whole for render in chosen),
                 cpu=median(render.cpu for render in chosen),
-                memory=max(render.memory for render in chosen) - blender,
+                memory=renders[0].memory - blender if samples == renders[0].samples else None,
                 own=mean_error([image_error(render.image, own) for render in chosen]),
                 cycles=mean_error([image_error(render.image, cycles) for render in chosen]),
             )

@@ -58,7 +58,7 @@ def case_text(title: str, result: dict[str, Any], same: SameImage, pixels: int) 
             f'{row["own"]["relmse"]:.2e}',
             f'{row["own"]["trimmed"]:.2e}',
             f'{row["cycles"]["relmse"]:.2e}',
-            f'{row["memory"] / 2**20:.0f}',
+            '' if row['memory'] is None else f'{row["memory"] / 2**20:.0f}',
         )
         for row in result['rows']
     ]
@@ -108,7 +108,7 @@ def summary(cases: list[dict[str, Any]]) -> str:
         ratios = {(e['against'], e['measure']): e for e in case['equal_error']}
         own, theirs = ratios.get(('own', 'trimmed')), ratios.get(('cycles', 'trimmed'))
         same = case['same_image']
-        memory = {engine: max(r['memory'] for r in case['rows'] if r['engine'] == engine) for engine in case['engines']}
+        memory = {r['engine']: r['memory'] for r in case['rows'] if r['memory'] is not None}
         ours, cycles = (memory[engine] for engine in case['engines'])
         lines.append(
             (
