@@ -25,6 +25,8 @@ TRIMMED_SHARE = 0.001
 TILE = 16
 # Tiles darker than this share of the image's mean are compared absolutely, as if they had this brightness.
 TILE_FLOOR = 1e-3
+# An error that falls more slowly than this power of the samples is no noise: fireflies or a systematic difference.
+LEAST_SLOPE = 0.2
 # A 640×360 image has 2760 tile channels: of these, noise alone puts 7 beyond 3 standard deviations and 0.2 beyond 4.
 NOISE_SIGMAS = 4
 
@@ -116,15 +118,16 @@ class PowerLaw:
 def fit_power_law(samples: list[int], errors: list[float]) -> PowerLaw:
     """Least squares in logarithms; the slope of plain Monte Carlo is 1, that of low-discrepancy samples may be greater.
 
-    Raises ValueError where fewer than two sample counts with a positive error are there or the error does not fall.
+    Raises ValueError where fewer than two sample counts with a positive error are there or the error hardly falls.
     """
     points = [(n, e) for n, e in zip(samples, errors, strict=True) if n > 0 and e > 0 and np.isfinite(e)]
     if len({n for n, _ in points}) < 2:
         raise ValueError(f'a fit needs two sample counts with a positive error, not {points}')
     x, y = np.log(np.array(points, dtype=np.float64)).T
     slope, intercept = np.polyfit(x, y, 1)
-    if slope >= 0:
-        raise ValueError(f'the error does not fall with the samples: {points}')
+    if slope > -LEAST_SLOPE:
+        told = ', '.join(f'{e:.2e} with {n}' for n, e in points)
+        raise ValueError(f'the error does not fall with the samples: {told}')
     return PowerLaw(factor=float(np.exp(intercept)), slope=float(-slope))
 
 

@@ -93,7 +93,14 @@ def test_power_law_is_found(slope: float) -> None:
 
 
 @pytest.mark.parametrize(
-    'counts, errors', [([16], [0.1]), ([16, 16], [0.1, 0.1]), ([4, 16], [0.1, 0.2]), ([4, 16], [0.1, -1e-9])]
+    'counts, errors',
+    [
+        ([16], [0.1]),
+        ([16, 16], [0.1, 0.1]),
+        ([4, 16], [0.1, 0.2]),
+        ([4, 16], [0.1, 0.09]),
+        ([4, 16], [0.1, -1e-9]),
+    ],
 )
 def test_power_law_refuses_what_it_cannot_fit(counts: list[int], errors: list[float]) -> None:
     with pytest.raises(ValueError, match=r'fit needs|does not fall'):
