@@ -31,7 +31,7 @@ std::span<const T> view(nb::handle object, const char *name, std::vector<nb::obj
   nb::object value = nb::getattr(object, name);
   if (value.is_none()) return {};
   Array<Scalar> array;
-  if (!nb::try_cast(value, array)) {
+  if (!nb::try_cast(value, array, false)) {  // converted, it would be a copy that is gone when the view is read
     const std::string type = nb::cast<std::string>(nb::repr(nb::getattr(value, "dtype", value.type())));
     throw std::invalid_argument(std::string(name) + " is not a C-contiguous array of the expected type, but " + type);
   }
@@ -315,7 +315,7 @@ NB_MODULE(cotorra_native, m) {
             const nb::gil_scoped_release no_gil;
             self.read(pass, pixels);
           },
-          "pass_name"_a, "out"_a,
+          "pass_name"_a, "out"_a.noconvert(),
           "Writes the state of a pass into a float32 array (height, width, channels); row 0 is the bottom.")
       .def("stats", &session_stats, "Seconds, rays by kind, samples, bytes and features, as a dict.");
 }

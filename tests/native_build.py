@@ -83,9 +83,14 @@ def _compile(name: str, suffix: str, sources: Iterable[Path | str], flags: Seque
     return _cached(name, suffix, (command, flags, objects), [*command, *objects, *flags, '-ldl', '-pthread'], name)
 
 
+def build_module(name: str, sources: Iterable[Path | str], flags: Sequence[str] = ()) -> Path:
+    """Compiles the sources (paths from the project's root) to a shared library and returns its path."""
+    return _compile(name, '.so', sources, (*FLAGS, *INCLUDES, '-shared', '-fPIC', *flags))
+
+
 def build(name: str, sources: Iterable[Path | str], flags: Sequence[str] = ()) -> ctypes.CDLL:
-    """Compiles the sources (paths from the project's root) to a shared library and opens it."""
-    return ctypes.CDLL(str(_compile(name, '.so', sources, (*FLAGS, *INCLUDES, '-shared', '-fPIC', *flags))))
+    """Compiles the sources to a shared library and opens it."""
+    return ctypes.CDLL(str(build_module(name, sources, flags)))
 
 
 def build_program(name: str, sources: Iterable[Path | str], flags: Sequence[str] = ()) -> Path:

@@ -1,27 +1,44 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The native code, without Python, under AddressSanitizer (leaks too), UndefinedBehaviorSanitizer and ThreadSanitizer.
+"""The native code under AddressSanitizer, UndefinedBehaviorSanitizer and ThreadSanitizer.
 
-What is exercised is tests/native/session_test.cpp; one build of the CPU kernels, with every feature, stands for all.
+What is exercised stands in tests/native/session_test.cpp, without Python (and with leaks), and in module_border.py. One
+build of the CPU kernels, with every feature, stands for all.
 """
 
 from __future__ import annotations
 
 import os
 import subprocess
+import sys
+import sysconfig
 from pathlib import Path
 
+import nanobind
 import pytest
 from cotorra.native import embree_library
 
-from native_build import BUILD, build_program, compiler
+from native_build import BUILD, ROOT, build_module, build_program, compiler
 
-SOURCES = ('embree', 'scene', 'scene_bvh', 'film', 'session', 'features', 'cpu_kernels', 'cpu_kernel')
+NATIVE = [
+    f'native/{name}.cpp'
+    for name in ('embree', 'scene', 'scene_bvh', 'film', 'session', 'features', 'cpu_kernels', 'cpu_kernel')
+]
 ALL_FEATURES = 511
 MEMORY = ('-fsanitize=address,undefined', '-fno-sanitize-recover=all')
 THREADS = ('-fsanitize=thread',)
 
 # Embree and its TBB are not built with the sanitizer: it sees their memory, but not the atomics that order its use.
 RACES_OF_OTHERS = 'race:libembree4\nrace:libtbb\n'
+
+needs_compiler = pytest.mark.skipif(compiler() is None, reason='no C++ compiler (on Debian: apt-get install g++)')
+
+
+def run(command: list[str | Path], **environment: str) -> str:
+    """Runs a program to its good end and returns what it printed."""
+    inherited = {name: value for name, value in os.environ.items() if name != 'COTORRA_ISA'}
+    result = subprocess.run(command, env=inherited | environment, capture_output=True, text=True, timeout=600)
+    assert result.returncode == 0, result.stdout + result.stderr
+    return result.stdout
 
 
 @pytest.fixture(scope='module')
@@ -36,18 +53,38 @@ def generated() -> Path:
     return folder
 
 
-@pytest.mark.skipif(compiler() is None, reason='no C++ compiler (on Debian: apt-get install g++)')
-@pytest.mark.parametrize('sanitizers, level', [(MEMORY, 2), (THREADS, 3)], ids=['memory', 'threads'])
-def test_sessions(sanitizers: tuple[str, ...], level: int, generated: Path, tmp_path: Path) -> None:
-    """Level 2 traces packets of 4 rays, level 3 of 8 (x86-64-v2 and -v3)."""
+def kernel_flags(level: int, generated: Path, sanitizers: tuple[str, ...]) -> list[str]:
+    """Flags for one build of the kernels. Level 2 traces packets of 4 rays, level 3 of 8 (x86-64-v2 and -v3)."""
     flags = ['-O1', *sanitizers, '-fno-omit-frame-pointer', f'-march=x86-64-v{level}', f'-iquote{generated}']
     flags += [f'-DCOTORRA_KERNEL_LEVEL={level}', f'-DCOTORRA_KERNEL_FEATURES={ALL_FEATURES}u']
-    flags += ['-DCOTORRA_KERNEL_NAME=cpu_kernel_test', '-DCOTORRA_KERNEL_ISA="test"']
-    sources = ['tests/native/session_test.cpp', *(f'native/{name}.cpp' for name in SOURCES)]
-    program = build_program(f'session_test_v{level}', sources, flags)
+    return [*flags, '-DCOTORRA_KERNEL_NAME=cpu_kernel_test', '-DCOTORRA_KERNEL_ISA="test"']
+
+
+@needs_compiler
+@pytest.mark.parametrize('sanitizers, level', [(MEMORY, 2), (THREADS, 3)], ids=['memory', 'threads'])
+def test_sessions(sanitizers: tuple[str, ...], level: int, generated: Path, tmp_path: Path) -> None:
+    sources = ['tests/native/session_test.cpp', *NATIVE]
+    program = build_program(f'session_test_v{level}', sources, kernel_flags(level, generated, sanitizers))
     suppressions = tmp_path / 'suppressions'
     suppressions.write_text(RACES_OF_OTHERS)
-    environment = {name: value for name, value in os.environ.items() if name != 'COTORRA_ISA'}
-    environment['TSAN_OPTIONS'] = f'suppressions={suppressions}'
-    result = subprocess.run([program, embree_library()], env=environment, capture_output=True, text=True, timeout=600)
-    assert result.returncode == 0, result.stdout + result.stderr
+    run([program, embree_library()], TSAN_OPTIONS=f'suppressions={suppressions}')
+
+
+@needs_compiler
+def test_module(generated: Path) -> None:
+    """The module's border with Python; leaks are not looked for, because the interpreter's own are many."""
+    # nanobind's sources are not ours to warn about: the compiler sees them as a system's header.
+    library = generated / 'nanobind_library.cpp'
+    library.write_text('#include <nb_combined.cpp>\n')
+    package = Path(nanobind.include_dir()).parent
+    folders = (package / 'include', package / 'src', package / 'ext/robin_map/include', sysconfig.get_path('include'))
+    flags = [*kernel_flags(2, generated, MEMORY), *(f'-isystem{path}' for path in folders)]
+    flags += ['-DCOTORRA_VERSION="test"', '-fvisibility=hidden', '-fno-strict-aliasing']
+    built = build_module('cotorra_native', ['native/module.cpp', library, *NATIVE], flags)
+    command = [sys.executable, ROOT / 'tests' / 'module_border.py', built, embree_library()]
+    runtime = subprocess.run([*compiler(), '-print-file-name=libasan.so'], capture_output=True, text=True, check=True)
+    standard = subprocess.run(
+        [*compiler(), '-print-file-name=libstdc++.so'], capture_output=True, text=True, check=True
+    )
+    preload = f'{runtime.stdout.strip()} {standard.stdout.strip()}'
+    assert 'the border holds' in run(command, LD_PRELOAD=preload, ASAN_OPTIONS='detect_leaks=0')

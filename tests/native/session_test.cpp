@@ -72,7 +72,7 @@ struct Arrays {
   std::vector<int> pass_index, light_group;
   std::vector<vec3> base_color, specular_tint, emission;
   std::vector<float> metallic, roughness, ior, specular_level, alpha;
-  std::vector<uint> multi_ggx, emission_sampling, material_slots;
+  std::vector<uint> multi_ggx, emission_sampling, emission_sides, material_slots;
   std::vector<int> material_index;
   std::vector<uint> light_type, soft_falloff, normalize, cast_shadow, use_mis, max_bounces, light_visibility;
   std::vector<vec3> strength;
@@ -101,6 +101,7 @@ struct Arrays {
     alpha.push_back(1.0f);
     multi_ggx.push_back(1);
     emission_sampling.push_back(1);
+    emission_sides.push_back(3);
     material_index.push_back(3);
   }
 
@@ -138,9 +139,9 @@ struct Arrays {
     empty.name = "empty";
     scene.meshes = {smooth, flat, empty};
     scene.instances = {mesh, transform, material_base, material_count, pass_index, visibility, light_group, terminator};
-    scene.materials = {base_color,     metallic,       roughness,        ior,
-                       specular_level, specular_tint,  emission,         alpha,
-                       multi_ggx,      material_index, emission_sampling};
+    scene.materials = {base_color,     metallic,       roughness,         ior,
+                       specular_level, specular_tint,  emission,          alpha,
+                       multi_ggx,      material_index, emission_sampling, emission_sides};
     scene.material_slots = material_slots;
     scene.lights = {light_type, strength,    light_transform, size,        spot_size,        spot_blend, soft_falloff,
                     normalize,  cast_shadow, use_mis,         max_bounces, light_visibility, lamp_group};

@@ -1,0 +1,171 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Python's side of the native module, run by test_native_sanitizers.py in a process of its own, without Blender.
+
+usage: module_border.py MODULE EMBREE. It fails by an exception; the sanitizer fails by itself.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import gc
+import importlib.util
+import sys
+from pathlib import Path
+from types import ModuleType
+
+import numpy as np
+
+
+def load(name: str, path: str | Path) -> ModuleType:
+    """A module from this very file: an installed one of its name must not come first."""
+    spec = importlib.util.spec_from_file_location(name, path)
+    assert spec is not None and spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[name] = module
+    spec.loader.exec_module(module)
+    return module
+
+
+library, embree = sys.argv[1:]
+cotorra_native = load('cotorra_native', library)
+# By itself: the package around it needs Blender.
+buffers = load('buffers', Path(__file__).resolve().parent.parent / 'addon' / 'export' / 'buffers.py')
+
+F32, U32, I32 = np.float32, np.uint32, np.int32
+WIDTH, HEIGHT = 37, 21
+
+
+def ones(kind: type, *names: str, count: int = 1) -> dict[str, np.ndarray]:
+    return {name: np.ones(count, kind) for name in names}
+
+
+def make_scene() -> object:
+    """A quad under a lamp; its arrays own their memory and have no padding."""
+    quad = buffers.Mesh(
+        name='quad',
+        positions=np.array([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]], F32),
+        triangles=np.array([[0, 1, 2], [0, 2, 3]], U32),
+        corners=np.arange(6, dtype=U32).reshape(2, 3),
+        uv=np.zeros((6, 2), F32),
+    )
+    frame = np.eye(3, 4, dtype=F32)[None]
+    return buffers.SceneBuffers(
+        meshes=(quad,),
+        instances=buffers.Instances(
+            mesh=np.zeros(1, U32),
+            transform=frame.copy(),
+            material_base=np.zeros(1, U32),
+            material_count=np.ones(1, U32),
+            pass_index=np.zeros(1, I32),
+            visibility=np.full(1, 63, U32),
+            light_group=np.full(1, -1, I32),
+            terminator=np.zeros(1, F32),
+        ),
+        materials=buffers.Materials(
+            base_color=np.full((1, 3), 0.8, F32),
+            specular_tint=np.ones((1, 3), F32),
+            emission=np.zeros((1, 3), F32),
+            metallic=np.zeros(1, F32),
+            ior=np.full(1, 1.5, F32),
+            **ones(F32, 'roughness', 'specular_level', 'alpha'),
+            **ones(U32, 'multi_ggx', 'emission_sampling', 'emission_sides'),
+            pass_index=np.zeros(1, I32),
+        ),
+        material_slots=np.zeros(1, U32),
+        lights=buffers.Lights(
+            type=np.zeros(1, U32),
+            strength=np.full((1, 3), 50.0, F32),
+            transform=frame + np.array([0, 0, 0, 2], F32),
+            size=np.full(1, 0.1, F32),
+            light_group=np.full(1, -1, I32),
+            visibility=np.full(1, 63, U32),
+            **ones(F32, 'spot_size', 'spot_blend'),
+            **ones(U32, 'soft_falloff', 'normalize', 'cast_shadow', 'use_mis', 'max_bounces'),
+        ),
+        world=buffers.World(color=(0.1, 0.1, 0.1)),
+    )
+
+
+def make_camera() -> object:
+    transform = np.eye(3, 4, dtype=F32)
+    transform[2, 3] = 3.0
+    window = (-0.5, 0.5, -0.3, 0.3)
+    return buffers.Camera('PERSP', transform, window, (0.1, 100.0), (WIDTH, HEIGHT), (0, 0, WIDTH, HEIGHT))
+
+
+def build(scene: object) -> object:
+    return cotorra_native.Scene(scene, threads=2, embree=embree)
+
+
+def refused(function: object, *arguments: object) -> bool:
+    try:
+        function(*arguments)
+    except (ValueError, TypeError):
+        return True
+    return False
+
+
+def with_mesh(scene: object, **arrays: object) -> object:
+    return dataclasses.replace(scene, meshes=(dataclasses.replace(scene.meshes[0], **arrays),))
+
+
+def main() -> None:
+    settings = buffers.RenderSettings(integrator='PATH', samples=4, threads=2, passes=('combined', 'uv', 'depth'))
+    scene = build(make_scene())
+    gc.collect()  # the exporter's arrays are nobody's but the scene's now
+    session = cotorra_native.Session(scene, make_camera(), settings)
+    del scene
+    gc.collect()
+    session.start()
+    assert session.wait(60.0)
+    image = np.zeros((HEIGHT, WIDTH, 4), F32)
+    session.read('combined', image)
+    assert np.isfinite(image).all() and image[..., 3].max() == 1.0
+    session.stats()
+
+    # Arrays that do not fit are refused, and nothing is written through them.
+    for out in (image[:, :, :3], image[:-1], image.astype(np.float64), image[:, ::2], np.zeros(3, F32)):
+        assert refused(session.read, 'combined', out), out.shape
+    assert refused(session.read, 'no such pass', image)
+
+    good = make_scene()
+    mesh = good.meshes[0]
+    for wrong in (
+        with_mesh(good, positions=mesh.positions.astype(np.float64)),
+        with_mesh(good, positions=mesh.positions[:, :2]),
+        with_mesh(good, positions=np.asfortranarray(mesh.positions)),
+        with_mesh(good, positions=[[0.0, 0.0, 0.0]]),
+        with_mesh(good, triangles=mesh.triangles.astype(np.int64)),
+        with_mesh(good, triangles=mesh.triangles + 9),
+        with_mesh(good, uv=mesh.uv[:3]),
+        dataclasses.replace(good, material_slots=np.zeros(1, np.uint8)),
+        dataclasses.replace(good, lights=dataclasses.replace(good.lights, strength=np.zeros(1, F32))),
+        dataclasses.replace(good, instances=dataclasses.replace(good.instances, transform=np.zeros((1, 3), F32))),
+    ):
+        assert refused(build, wrong), wrong
+
+    # A session that is dropped, and one that is read, while their threads run.
+    long = dataclasses.replace(settings, samples=1 << 20)
+    dropped = cotorra_native.Session(build(make_scene()), make_camera(), long)
+    dropped.start()
+    running = cotorra_native.Session(build(make_scene()), make_camera(), long)
+    running.start()
+    del dropped
+    gc.collect()
+    for _ in range(3):
+        running.read('combined', image)
+        assert not running.wait(0.02)
+    running.cancel()
+    assert running.wait(60.0)
+
+    stopped = False
+    try:
+        cotorra_native.Scene(make_scene(), threads=1, embree=embree, should_cancel=lambda: 1 / 0)
+    except ZeroDivisionError:
+        stopped = True
+    except cotorra_native.Cancelled:
+        raise AssertionError('the error of should_cancel was lost') from None
+    print('the border holds', 'with' if stopped else 'without', 'an interrupted build')
+
+
+main()
