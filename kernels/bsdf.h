@@ -26,7 +26,7 @@ struct Bsdf {
   vec3 n;  // shading normal
   float p_glossy;  // probability with which bsdf_sample takes the glossy lobe
   vec3 diffuse;  // albedo / pi
-  float no;  // dot(n, wo)
+  float no;  // dot(n_glossy, wo)
   vec3 metal_f0;  // F_Schlick82
   float alpha2;
   vec3 metal_range;
@@ -35,6 +35,8 @@ struct Bsdf {
   float eta;  // of the dielectric
   vec3 coating_f0;  // dielectric: the user's F0
   float fresnel_f0;  // F_Dielectric at normal incidence
+  vec3 n_glossy;  // normal of the glossy lobes, see normal_for_reflection
+  float unused;
   vec3 coating_f90;  // dielectric: (1 - the user's F0) / (1 - fresnel_f0)
   uint lobes;  // BSDF_*: what bsdf_eval finds, and BSDF_SINGULAR where only bsdf_sample can
 };
@@ -159,15 +161,39 @@ FN void bsdf_clear_glossy(INOUT(Bsdf) bsdf) {
   bsdf.fresnel_f0 = 0.0f;
 }
 
+// A smooth normal may lean so far from the triangle that the mirror direction lies below it. Glossy lobes then take a
+// normal in the plane of n and ng that lifts the mirror direction to `threshold` above the triangle (as Cycles does).
+// With N' = (x, 0, z) and wo = (ox, ., oz) in that plane, the condition 2 (x ox + z oz) z - oz = threshold, squared, is
+// quadratic in z^2.
+FN vec3 normal_for_reflection(vec3 n, vec3 ng, vec3 wo) {
+  const float oz = dot(wo, ng);
+  const float threshold = min(0.9f * oz, 0.01f);
+  const vec3 mirror = n * (2.0f * dot(n, wo)) - wo;
+  if (dot(mirror, ng) >= threshold) return n;
+  float len;
+  const vec3 x_axis = safe_normalize(n - ng * dot(n, ng), len);
+  if (!(len > 0.0f)) return n;
+  const float ox = dot(wo, x_axis);
+  const float a = max(ox * ox + oz * oz, 1e-20f);
+  const float b = 2.0f * (a + oz * threshold);
+  const float c = sqr(threshold + oz);
+  const float root = sqrt(max(b * b - 4.0f * a * c, 0.0f));
+  const float z2 = clamp(0.25f * (b + select(ox < 0.0f, root, -root)) / a, 0.0f, 1.0f);
+  return x_axis * sqrt(1.0f - z2) + ng * sqrt(z2);
+}
+
 // Prepares the lobes of a material toward wo. `n` is the shading normal on the side of the geometric normal that faces
-// wo; dot(n, wo) may be negative on smooth surfaces, and then the glossy lobe is gone. Also returns the albedo of the
+// wo, `ng`; dot(n, wo) may be negative on smooth surfaces. Also returns the albedo of the
 // glossy lobes, for passes; that of the diffuse lobe is pi times Bsdf.diffuse.
-FN vec3 bsdf_prepare_albedo(IN(SceneData) scene, IN(Material) material, vec3 n, vec3 wo, OUT(Bsdf) bsdf) {
+FN vec3 bsdf_prepare_albedo(IN(SceneData) scene, IN(Material) material, vec3 n, vec3 ng, vec3 wo, OUT(Bsdf) bsdf) {
   float rest;
   const float metal = principled_metal(material, rest);
   vec3 albedo = vec3(0.0f);
   bsdf.n = n;
-  bsdf.no = dot(n, wo);
+  bsdf.n_glossy = n;
+  bsdf.unused = 0.0f;
+  if (FEATURE(FEATURE_SPECULAR)) bsdf.n_glossy = normal_for_reflection(n, ng, wo);
+  bsdf.no = dot(bsdf.n_glossy, wo);
   bsdf.lobes = BSDF_DIFFUSE;
   bsdf.p_glossy = 0.0f;
   bsdf_clear_glossy(bsdf);
@@ -186,8 +212,8 @@ FN vec3 bsdf_prepare_albedo(IN(SceneData) scene, IN(Material) material, vec3 n, 
   return albedo;
 }
 
-FN void bsdf_prepare(IN(SceneData) scene, IN(Material) material, vec3 n, vec3 wo, OUT(Bsdf) bsdf) {
-  bsdf_prepare_albedo(scene, material, n, wo, bsdf);
+FN void bsdf_prepare(IN(SceneData) scene, IN(Material) material, vec3 n, vec3 ng, vec3 wo, OUT(Bsdf) bsdf) {
+  bsdf_prepare_albedo(scene, material, n, ng, wo, bsdf);
 }
 
 // Fresnel term of the glossy lobes; c is the cosine between half vector and viewer, c2 its square.
@@ -207,17 +233,24 @@ FN vec3 bsdf_eval_glossy(IN(Bsdf) bsdf, float ni, float h2, float xy2, float c2,
   return bsdf_fresnel(bsdf, sqrt(c2), c2) * select(valid, d * v * ni, 0.0f);
 }
 
+// Cosine of wi to the normal of the glossy lobes; 0 where the two normals disagree about the side of the surface.
+FN float glossy_cosine(IN(Bsdf) bsdf, float n_wi, vec3 wi) {
+  const float ni = dot(bsdf.n_glossy, wi);
+  return select(n_wi * dot(bsdf.n, bsdf.n_glossy) >= 0.0f, max(ni, 0.0f), 0.0f);
+}
+
 // f cos(wi) of the diffuse lobe, and of the glossy lobe beside it; pdf is that of bsdf_sample. All are 0 below n.
 FN vec3 bsdf_eval_lobes(IN(Bsdf) bsdf, vec3 wo, vec3 wi, OUT(vec3) glossy, OUT(float) pdf) {
-  const float ni = max(dot(bsdf.n, wi), 0.0f);
+  const float n_wi = dot(bsdf.n, wi);
+  const float ni = max(n_wi, 0.0f);
   pdf = ni * INV_PI;
   glossy = vec3(0.0f);
   if (FEATURE(FEATURE_SPECULAR)) {
     const vec3 h = wo + wi;
     const float h2 = max(dot(h, h), 1e-20f);
     // Lagrange's identity, exact near the normal. |wo + wi| is twice the cosine between either of them and h.
-    const vec3 xy = cross(bsdf.n, h);
-    glossy = bsdf_eval_glossy(bsdf, ni, h2, dot(xy, xy), 0.25f * h2, pdf);
+    const vec3 xy = cross(bsdf.n_glossy, h);
+    glossy = bsdf_eval_glossy(bsdf, glossy_cosine(bsdf, n_wi, wi), h2, dot(xy, xy), 0.25f * h2, pdf);
   }
   return bsdf.diffuse * ni;
 }
@@ -235,40 +268,52 @@ FN vec3 bsdf_sample_half_vector(IN(Bsdf) bsdf, vec3 o, vec2 disk) {
   return half_vector_GGX(o, sqrt(bsdf.alpha2), bsdf.s_o, disk);
 }
 
-// A direction, from one of the lobes in proportion to their albedo. In the frame of n, wo is o and wi is i.
+// A direction, from one of the lobes in proportion to their albedo.
 FN void bsdf_sample(IN(Bsdf) bsdf, vec3 wo, float u_lobe, vec2 u, OUT(BsdfSample) s) {
+  const bool pick_glossy = FEATURE(FEATURE_SPECULAR) && u_lobe < bsdf.p_glossy;
+  vec3 frame = bsdf.n;
+  if (FEATURE(FEATURE_SPECULAR)) frame = select(pick_glossy, bsdf.n_glossy, bsdf.n);
   vec3 t;
   vec3 b;
-  orthonormal_basis(bsdf.n, t, b);
+  orthonormal_basis(frame, t, b);
   const vec2 disk = disk_from_square(u);
+  // In the frame of the lobe's normal, wo is o and wi is i.
   vec3 i = vec3(disk.x, disk.y, sqrt(max(1.0f - dot(disk, disk), 0.0f)));
   s.lobe = BSDF_DIFFUSE;
   if (FEATURE(FEATURE_SPECULAR)) {
-    const vec3 o = vec3(dot(wo, t), dot(wo, b), bsdf.no);
+    const vec3 o = vec3(dot(wo, t), dot(wo, b), dot(wo, frame));
     vec3 h = o + i;
     float h2 = max(dot(h, h), 1e-20f);
     float c2 = 0.25f * h2;
-    if (u_lobe < bsdf.p_glossy) {
+    float xy2 = h.x * h.x + h.y * h.y;
+    if (pick_glossy) {
       h = bsdf_sample_half_vector(bsdf, o, disk);
       h2 = max(dot(h, h), 1e-30f);
       const float oh = dot(o, h);
       i = h * (2.0f * oh / h2) - o;
-      c2 = clamp(oh * oh / h2, 1e-20f, 1.0f);
+      c2 = min(oh * oh / h2, 1.0f);
+      xy2 = h.x * h.x + h.y * h.y;
       s.lobe = BSDF_GLOSSY;
     }
-    s.pdf = max(i.z, 0.0f) * INV_PI;
-    const vec3 glossy = bsdf_eval_glossy(bsdf, max(i.z, 0.0f), h2, h.x * h.x + h.y * h.y, c2, s.pdf);
-    s.weight = (bsdf.diffuse * max(i.z, 0.0f) + glossy) * (s.pdf > 0.0f ? 1.0f / s.pdf : 0.0f);
+    s.wi = to_world(i, t, b, frame);
+    const float n_wi = dot(bsdf.n, s.wi);
+    const float ni = max(n_wi, 0.0f);
+    s.pdf = ni * INV_PI;
+    // A diffuse direction's half vector stands in the frame of n: seen from n_glossy it is another.
+    const vec3 xy = cross(bsdf.n_glossy, wo + s.wi);
+    const vec3 glossy =
+        bsdf_eval_glossy(bsdf, glossy_cosine(bsdf, n_wi, s.wi), h2, select(pick_glossy, xy2, dot(xy, xy)), c2, s.pdf);
+    s.weight = (bsdf.diffuse * ni + glossy) * (s.pdf > 0.0f ? 1.0f / s.pdf : 0.0f);
     if (s.lobe == BSDF_GLOSSY && (bsdf.lobes & BSDF_SINGULAR) != 0u) {
       s.lobe = BSDF_GLOSSY | BSDF_SINGULAR;
       s.pdf = bsdf.p_glossy;
       s.weight = bsdf_fresnel(bsdf, bsdf.no, bsdf.no * bsdf.no) / bsdf.p_glossy;
     }
   } else {
+    s.wi = to_world(i, t, b, frame);
     s.pdf = i.z * INV_PI;
     s.weight = bsdf.diffuse * PI;
   }
-  s.wi = to_world(i, t, b, bsdf.n);
 }
 
 #ifdef __cplusplus

@@ -39,8 +39,8 @@ struct CameraRay {
 // Position in the pixel filter, in filter radii from the centre: the inverse of the filter's cumulative distribution.
 FN float filter_sample(IN(FloatBuffer) table, float u) {
   const float x = u * float(FILTER_TABLE_SIZE - 1u);
-  const uint i = min(uint(x), FILTER_TABLE_SIZE - 2u);
-  return mix(LOAD(table, i), LOAD(table, i + 1u), x - float(i));
+  const int i = clamp(int(x), 0, int(FILTER_TABLE_SIZE) - 2);
+  return mix(LOAD(table, i), LOAD(table, i + 1), x - float(i));
 }
 
 // The ray through pixel coordinates (x, y), pixel centres at .5, y upwards.

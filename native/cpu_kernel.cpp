@@ -67,6 +67,7 @@ struct Batch final : Workspace {
   Array<embree::RayHit<kWidth>, kLanes / kWidth> packets;
   Array<PathState, kLanes> path;
   Array<Surface, kLanes> surface;
+  HitLanes hit;
   ShadingLanes shading;
   LightLanes light;
   BounceLanes bounce;
@@ -85,9 +86,41 @@ struct Batch final : Workspace {
   std::array<int, kWidth> shadow_group;
   int shadow_count = 0;
   std::vector<RecordedPacket> recorded;
+  bool recording = false;
   // What a call adds to the tile, kept apart so that a cancelled call leaves nothing half done.
   FilmTile staged;
 };
+
+// Camera rays through u2, v2 plus the filter offsets that u, v choose and then hold. Whole packets: the last one may
+// carry rays that nobody traces.
+COTORRA_FLATTEN void camera_packets(const CameraData &camera_in, FloatBuffer filter_table, int n, Batch &b) {
+  const CameraData camera = camera_in;
+  for (std::size_t first = 0; first < static_cast<std::size_t>(n); first += kWidth) {
+    embree::RayHit<kWidth> &p = b.packets[first / kWidth];
+    for (std::size_t k = 0; k < kWidth; ++k) {
+      const std::size_t i = first + k;
+      const float x = filter_sample(filter_table, b.u[i]) * camera.filter_radius;
+      const float y = filter_sample(filter_table, b.v[i]) * camera.filter_radius;
+      CameraRay ray;
+      camera_ray(camera, b.u2[i] + x, b.v2[i] + y, ray);
+      b.u[i] = x;
+      b.v[i] = y;
+      p.ray.org_x[k] = ray.origin.x;
+      p.ray.org_y[k] = ray.origin.y;
+      p.ray.org_z[k] = ray.origin.z;
+      p.ray.dir_x[k] = ray.direction.x;
+      p.ray.dir_y[k] = ray.direction.y;
+      p.ray.dir_z[k] = ray.direction.z;
+      p.ray.tnear[k] = ray.t_min;
+      p.ray.tfar[k] = ray.t_max;
+      p.ray.time[k] = 0.0f;
+      p.ray.mask[k] = VISIBLE_CAMERA;
+      p.hit.geom_id[k] = embree::kInvalidId;
+      p.hit.inst_id[k] = embree::kInvalidId;
+      p.hit.inst_prim_id[k] = 0;
+    }
+  }
+}
 
 class Renderer {
  public:
@@ -135,12 +168,8 @@ class Renderer {
       }
     }
     fill_pairs(b_.random.data(), lane, sampler_pair_seed(block_seed_, PAIR_FILTER), b_.u.data(), b_.v.data());
+    camera_packets(job_.camera, scene_.filter_table, lane, b_);
     for (std::size_t i = 0; i < static_cast<std::size_t>(lane); ++i) {
-      b_.u[i] = filter_sample(scene_.filter_table, b_.u[i]) * job_.camera.filter_radius;
-      b_.v[i] = filter_sample(scene_.filter_table, b_.v[i]) * job_.camera.filter_radius;
-      CameraRay ray;
-      camera_ray(job_.camera, b_.u2[i] + b_.u[i], b_.v2[i] + b_.v[i], ray);
-      set_ray(i, ray.origin, ray.direction, ray.t_min, ray.t_max, VISIBLE_CAMERA);
       path_begin(b_.random[i], b_.path[i]);
       b_.slot[i] = static_cast<uint>(i);
       b_.radiance[i] = vec3(0.0f);
@@ -175,7 +204,7 @@ class Renderer {
     alignas(64) int valid[kWidth];
     for (int first = 0; first < lanes; first += kWidth) {
       for (int k = 0; k < kWidth; ++k) valid[k] = first + k < lanes ? -1 : 0;
-      if (job_.measure_tracing) {
+      if (b_.recording) {
         b_.recorded.push_back({b_.packets[static_cast<std::size_t>(first / kWidth)], std::min(kWidth, lanes - first),
                                arguments_.flags, false});
       }
@@ -218,34 +247,58 @@ class Renderer {
       const bool instanced = p.hit.inst_id[k] != embree::kInvalidId;
       hit.instance = instanced ? job_.first_instances[p.hit.inst_id[k]] + p.hit.inst_prim_id[k]
                                : job_.first_instances[p.hit.geom_id[k]];
-      Surface &surface = b_.surface[next];
-      surface_from_hit(scene_, hit, direction, surface);
-      const Material &material = scene_.materials.v[surface.material];
-      const vec3 wo = -direction;
-      if (FEATURE(FEATURE_EMISSIVE_MESHES) && (material.flags & MATERIAL_EMISSIVE) != 0u) {
-        const vec3 emission = path_emission(scene_, path, surface, material, wo, hit.t);
-        add_light(slot, emission, scene_.instances.v[hit.instance].light_group);
-        if (FEATURE(FEATURE_DATA_PASSES) && bounce == 0 && job_.passes.emission) {
-          b_.staged.emission[b_.pixel[slot]] += emission;
-        }
+      if (path_is_last(limits_, path)) {  // only brings light home
+        if (FEATURE(FEATURE_EMISSIVE_MESHES)) emission(path, slot, bounce, hit, direction);
+        continue;
       }
-      if (path_is_last(limits_, path)) continue;
-      Bsdf bsdf;
-      bsdf_prepare(scene_, material, surface.n, wo, bsdf);
-      if (FEATURE(FEATURE_DATA_PASSES) && bounce == 0) record(slot, surface, material, bsdf);
-      b_.shading.set_bsdf(next, bsdf);
-      b_.shading.p.set(next, surface.p);
-      b_.shading.ng.set(next, surface.ng);
-      b_.shading.epsilon[next] = surface.epsilon;
-      b_.shading.terminator[next] = surface.terminator;
-      b_.shading.wo.set(next, wo);
+      SurfaceTriangle triangle;
+      surface_fetch(scene_, hit.instance, hit.triangle, triangle);
+      const Material &material = scene_.materials.v[triangle.material];
+      if (FEATURE(FEATURE_EMISSIVE_MESHES) && (material.flags & MATERIAL_EMISSIVE) != 0u) {
+        emission(path, slot, bounce, hit, direction);
+      }
+      b_.hit.set(next, triangle, hit, direction);
+      b_.shading.terminator[next] = triangle.terminator;
       b_.shading.throughput.set(next, path.throughput);
+      b_.surface[next].instance = hit.instance;
+      b_.surface[next].triangle = hit.triangle;
+      b_.surface[next].material = triangle.material;
       b_.path[next] = path;
       b_.slot[next] = slot;
       b_.random[next] = path.random;
       ++next;
     }
-    return static_cast<int>(next);
+    const int count = static_cast<int>(next);
+    shape_surfaces(b_.hit, count, b_.shading);
+    for (std::size_t i = 0; i < next; ++i) {
+      Surface &s = b_.surface[i];
+      s.p = b_.shading.p.get(i);
+      s.ng = b_.shading.ng.get(i);
+      s.n = b_.shading.n.get(i);
+      s.epsilon = b_.shading.epsilon[i];
+      s.terminator = b_.shading.terminator[i];
+      s.side = b_.hit.side[i];
+      s.u = b_.hit.u[i];
+      s.v = b_.hit.v[i];
+      const Material &material = scene_.materials.v[s.material];
+      Bsdf bsdf;
+      bsdf_prepare(scene_, material, s.n, s.ng, b_.shading.wo.get(i), bsdf);
+      b_.shading.set_bsdf(i, bsdf);
+      if (FEATURE(FEATURE_DATA_PASSES) && bounce == 0) record(b_.slot[i], s, material, bsdf);
+    }
+    return count;
+  }
+
+  void emission(const PathState &path, uint slot, uint bounce, const Hit &hit, vec3 direction) {
+    Surface surface;
+    surface_from_hit(scene_, hit, direction, surface);
+    const Material &material = scene_.materials.v[surface.material];
+    if ((material.flags & MATERIAL_EMISSIVE) == 0u) return;
+    const vec3 emitted = path_emission(scene_, path, surface, material, -direction, hit.t);
+    add_light(slot, emitted, scene_.instances.v[hit.instance].light_group);
+    if (FEATURE(FEATURE_DATA_PASSES) && bounce == 0 && job_.passes.emission) {
+      b_.staged.emission[b_.pixel[slot]] += emitted;
+    }
   }
 
   void meet_lights(const PathState &path, uint slot, vec3 origin, vec3 direction, float t) {
@@ -290,7 +343,8 @@ class Renderer {
       r.normal += s.n;
       const vec2 uv = surface_uv(scene_, s);
       r.uv = r.uv + uv;
-      r.uv_coverage += 1.0f;
+      const Mesh &mesh = scene_.meshes.v[scene_.instances.v[s.instance].mesh];
+      r.uv_coverage += (mesh.flags & MESH_HAS_UV) != 0u ? 1.0f : 0.0f;
       r.diffuse_color += bsdf.diffuse * PI;
     }
   }
@@ -404,7 +458,7 @@ class Renderer {
     if (b_.shadow_count == 0) return;
     alignas(64) int valid[kWidth];
     for (int k = 0; k < kWidth; ++k) valid[k] = k < b_.shadow_count ? -1 : 0;
-    if (job_.measure_tracing) b_.recorded.push_back({{b_.shadow, {}}, b_.shadow_count, arguments_.flags, true});
+    if (b_.recording) b_.recorded.push_back({{b_.shadow, {}}, b_.shadow_count, arguments_.flags, true});
     occluded(*job_.rtc, valid, job_.bvh, &b_.shadow, &arguments_);
     for (std::size_t k = 0; k < static_cast<std::size_t>(b_.shadow_count); ++k) {
       // Embree sets tfar to -infinity where something is in the way.
@@ -513,15 +567,13 @@ void trace_again(const RenderJob &job, Batch &batch, RayCounts &counts) {
     }
   }
   counts.traced_seconds += seconds_since(begin);
-  batch.recorded.clear();
 }
 
-bool render(const RenderJob &job, FilmTile &tile, std::uint32_t first, std::uint32_t count, Workspace &workspace,
-            RayCounts &counts) {
-  Batch &batch = static_cast<Batch &>(workspace);
+// Samples into batch.staged. Returns false if cancelled.
+bool render_staged(const RenderJob &job, const FilmTile &tile, std::uint32_t first, std::uint32_t count, Batch &batch,
+                   RayCounts &counts) {
   const int x_offset = job.region_x + tile.x0;
   const int y_offset = job.region_y + tile.y0;
-  const auto begin = std::chrono::steady_clock::now();
   clear_staged(tile, job.passes, batch.staged);
   Renderer renderer(job, batch, counts, x_offset, y_offset);
   const std::span<const std::uint16_t> pixels(tile.to_sample());
@@ -536,11 +588,25 @@ bool render(const RenderJob &job, FilmTile &tile, std::uint32_t first, std::uint
                       first + done, samples);
     }
   }
-  tile.add(batch.staged, count);
+  return true;
+}
+
+bool render(const RenderJob &job, FilmTile &tile, std::uint32_t first, std::uint32_t count, Workspace &workspace,
+            RayCounts &counts) {
+  Batch &batch = static_cast<Batch &>(workspace);
   if (job.measure_tracing) {
-    counts.busy_seconds += seconds_since(begin);
-    trace_again(job, batch, counts);
+    // Once more before it counts, to note the rays; then Embree alone on them, and the whole work.
+    RayCounts unused;
+    batch.recording = true;
+    const bool whole = render_staged(job, tile, first, count, batch, unused);
+    batch.recording = false;
+    if (whole) trace_again(job, batch, counts);
+    batch.recorded.clear();
   }
+  const auto begin = std::chrono::steady_clock::now();
+  if (!render_staged(job, tile, first, count, batch, counts)) return false;
+  tile.add(batch.staged, count);
+  counts.busy_seconds += seconds_since(begin);
   return true;
 }
 

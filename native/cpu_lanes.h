@@ -10,7 +10,7 @@
 
 // Everything that a vectorised loop calls must be inlined into it.
 #if defined(__GNUC__)
-#define COTORRA_FLATTEN [[gnu::flatten]]
+#define COTORRA_FLATTEN [[gnu::flatten, gnu::noinline]]
 #else
 #define COTORRA_FLATTEN
 #endif
@@ -45,7 +45,7 @@ struct Vec3s {
 struct ShadingLanes {
   Vec3s p, ng, wo, throughput;
   Floats epsilon, terminator;
-  Vec3s n, diffuse, metal_f0, metal_range, metal_edge, coating_f0, coating_f90;
+  Vec3s n, n_glossy, diffuse, metal_f0, metal_range, metal_edge, coating_f0, coating_f90;
   Floats p_glossy, no, alpha2, s_o, eta, fresnel_f0;
   Array<uint, kLanes> lobes;
 
@@ -53,6 +53,7 @@ struct ShadingLanes {
     n.set(i, b.n);
     diffuse.set(i, b.diffuse);
     if (!FEATURE(FEATURE_SPECULAR)) return;
+    n_glossy.set(i, b.n_glossy);
     metal_f0.set(i, b.metal_f0);
     metal_range.set(i, b.metal_range);
     metal_edge.set(i, b.metal_edge);
@@ -71,6 +72,7 @@ struct ShadingLanes {
     b.n = n.get(i);
     b.diffuse = diffuse.get(i);
     if (!FEATURE(FEATURE_SPECULAR)) return b;
+    b.n_glossy = n_glossy.get(i);
     b.metal_f0 = metal_f0.get(i);
     b.metal_range = metal_range.get(i);
     b.metal_edge = metal_edge.get(i);
@@ -84,6 +86,36 @@ struct ShadingLanes {
     b.fresnel_f0 = fresnel_f0[i];
     b.lobes = lobes[i];
     return b;
+  }
+};
+
+// Where each lane's ray hit, and what it met there: input of the shading.
+struct HitLanes {
+  Vec3s p0, p1, p2, n0, n1, n2, direction;
+  Floats orientation, u, v, side;
+
+  void set(std::size_t i, const SurfaceTriangle &t, const Hit &hit, vec3 d) {
+    p0.set(i, t.p0);
+    p1.set(i, t.p1);
+    p2.set(i, t.p2);
+    n0.set(i, t.n0);
+    n1.set(i, t.n1);
+    n2.set(i, t.n2);
+    direction.set(i, d);
+    orientation[i] = t.orientation;
+    u[i] = hit.u;
+    v[i] = hit.v;
+  }
+  SurfaceTriangle triangle(std::size_t i) const {
+    SurfaceTriangle t{};
+    t.p0 = p0.get(i);
+    t.p1 = p1.get(i);
+    t.p2 = p2.get(i);
+    t.n0 = n0.get(i);
+    t.n1 = n1.get(i);
+    t.n2 = n2.get(i);
+    t.orientation = orientation[i];
+    return t;
   }
 };
 
@@ -107,6 +139,21 @@ void fill_pairs(const uint *index, int n, uint pair_seed, float *u, float *v) {
     const vec2 p = sampler_pair(index[i], pair_seed);
     u[i] = p.x;
     v[i] = p.y;
+  }
+}
+
+// Positions and normals of all lanes.
+COTORRA_FLATTEN void shape_surfaces(HitLanes &in, int n, ShadingLanes &out) {
+  for (std::size_t i = 0; i < static_cast<std::size_t>(n); ++i) {
+    const vec3 direction = in.direction.get(i);
+    vec3 p, ng, ns;
+    float side;
+    out.epsilon[i] = surface_shape(in.triangle(i), in.u[i], in.v[i], direction, p, ng, ns, side);
+    out.p.set(i, p);
+    out.ng.set(i, ng);
+    out.n.set(i, ns);
+    out.wo.set(i, -direction);
+    in.side[i] = side;
   }
 }
 

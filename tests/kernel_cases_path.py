@@ -48,7 +48,8 @@ SHARP = Tolerance(
     1 << 17, "as above, and over alpha squared in a sharp lobe's distribution: 0.8 % at worst", typical=64
 )
 # Toward the side of the surface that the light transport would be on.
-FACING = 'vec3 o = dot(s.ng, wo) < 0.0f ? -wo : wo; Bsdf bsdf; bsdf_prepare(scene, material, s.n, o, bsdf); '
+BENT = Tolerance(512, 'the root of a quadratic whose discriminant may cancel', absolute=2e-3)
+FACING = 'vec3 o = dot(s.ng, wo) < 0.0f ? -wo : wo; Bsdf bsdf; bsdf_prepare(scene, material, s.n, s.ng, o, bsdf); '
 
 MICROFACET = [
     Case(
@@ -106,7 +107,7 @@ MATERIALS = [
     ),
     Case(
         'bsdf_preparation',
-        'albedo = bsdf_prepare_albedo(scene, material, n, wo, full); bsdf_prepare(scene, material, n, wo, bsdf);'
+        'albedo = bsdf_prepare_albedo(scene, material, n, n, wo, full); bsdf_prepare(scene, material, n, n, wo, bsdf);'
         'cleared = full; bsdf_clear_glossy(cleared); glossy = full; left = 0.5f;'
         'Multiscatter m; m.single = 0.5f; m.missing = 1.0f; m.mean = 0.6f; part = full;'
         'metal = bsdf_prepare_metal(scene, material, m, 0.3f, part);'
@@ -119,8 +120,17 @@ MATERIALS = [
         scene=True,
     ),
     Case(
+        'bent_normals',
+        'bent = normal_for_reflection(n, dot(ng, wo) < 0.0f ? -ng : ng, wo); Bsdf bsdf;'
+        'bsdf_prepare(scene, material, n, ng, wo, bsdf); cosine = glossy_cosine(bsdf, dot(bsdf.n, wi), wi);',
+        {'material': MATERIAL, 'n': NORMAL, 'ng': NORMAL, 'wo': WO, 'wi': DIRECTION},
+        {'bent': 'vec3', 'cosine': 'float'},
+        BENT,
+        scene=True,
+    ),
+    Case(
         'bsdf_evaluation',
-        'Bsdf bsdf; bsdf_prepare(scene, material, n, wo, bsdf); fresnel = bsdf_fresnel(bsdf, c, c * c);'
+        'Bsdf bsdf; bsdf_prepare(scene, material, n, n, wo, bsdf); fresnel = bsdf_fresnel(bsdf, c, c * c);'
         'pdf_glossy = 0.25f; alone = bsdf_eval_glossy(bsdf, c, 1.5f, 0.1f, c * c, pdf_glossy);'
         'diffuse = bsdf_eval_lobes(bsdf, wo, wi, glossy, pdf_lobes); f = bsdf_eval(bsdf, wo, wi, pdf);',
         {'material': MATERIAL, 'n': NORMAL, 'wo': WO, 'wi': DIRECTION, 'c': COSINE},
@@ -140,7 +150,7 @@ MATERIALS = [
     *(
         Case(
             name,
-            'Bsdf bsdf; bsdf_prepare(scene, material, n, wo, bsdf); half_vector = bsdf_sample_half_vector(bsdf, wo, u);'
+            'Bsdf bsdf; bsdf_prepare(scene, material, n, n, wo, bsdf); half_vector = bsdf_sample_half_vector(bsdf, wo, u);'
             'bsdf_sample(bsdf, wo, u_lobe, u, drawn);',
             {'material': material, 'n': NORMAL, 'wo': WO, 'u_lobe': UNIT, 'u': SQUARE},
             {'drawn': 'BsdfSample', 'half_vector': 'vec3'},

@@ -25,7 +25,7 @@ vec3 prepare(const Inputs &in, std::size_t i, Bsdf &bsdf) {
   SceneData scene{};
   scene.albedo.v = in.tables;
   const std::size_t k = i % in.materials;
-  return bsdf_prepare_albedo(scene, in.material[k], in.n[k], in.wo[k], bsdf);
+  return bsdf_prepare_albedo(scene, in.material[k], in.n[k], in.n[k], in.wo[k], bsdf);
 }
 
 }  // namespace
