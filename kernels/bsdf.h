@@ -291,7 +291,7 @@ FN void bsdf_sample(IN(Bsdf) bsdf, vec3 wo, float u_lobe, vec2 u, OUT(BsdfSample
       h2 = max(dot(h, h), 1e-30f);
       const float oh = dot(o, h);
       i = h * (2.0f * oh / h2) - o;
-      c2 = min(oh * oh / h2, 1.0f);
+      c2 = clamp(oh * oh / h2, 1e-20f, 1.0f);
       xy2 = h.x * h.x + h.y * h.y;
       s.lobe = BSDF_GLOSSY;
     }
