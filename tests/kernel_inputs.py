@@ -85,21 +85,21 @@ def records(kind: str, /, **members: Draw) -> Draw:
     return draw
 
 
-def materials(least_roughness: float = 0.0) -> Draw:
+def materials(rng: np.random.Generator, n: int) -> np.ndarray:
     """Materials over all sockets, with the ends of each range among them."""
     return records(
         'Material',
         base_color=colors(),
         metallic=choices(0.0, 0.0, 0.3, 1.0),
         specular_tint=colors(),
-        roughness=uniform(least_roughness, 1.0),
+        roughness=uniform(),
         emission=colors(5.0),
         ior=choices(1.0, 1.33, 1.45, 1.5, 2.4, 0.8),
         specular_level=choices(0.5, 0.5, 0.0, 1.0, 0.2),
         alpha=uniform(),
         flags=integers(256),
         pass_index=integers(100),
-    )
+    )(rng, n)
 
 
 def lights(rng: np.random.Generator, n: int) -> np.ndarray:
@@ -205,7 +205,7 @@ def scene() -> Scene:
         data=data,
         arrays={
             'lights': lights(rng, LIGHTS),
-            'materials': materials()(rng, MATERIALS),
+            'materials': materials(rng, MATERIALS),
             'material_slots': rng.integers(0, MATERIALS, INSTANCES + 4).astype(np.uint32),
             'meshes': meshes,
             'instances': instances,
