@@ -16,6 +16,7 @@ namespace cotorra {
 const uint BSDF_DIFFUSE = 1u;
 const uint BSDF_GLOSSY = 2u;
 const uint BSDF_SINGULAR = 4u;  // a mirror: no light sample can meet it
+const uint BSDF_SHARP = 8u;  // of a MATERIAL_SHARP
 
 // Weights of lobes below this count as none, as in Cycles.
 const float BSDF_WEIGHT_CUTOFF = 1e-5f;
@@ -45,7 +46,7 @@ struct BsdfSample {
   vec3 wi;
   float pdf;  // of all lobes together, solid angle; of a mirror: the probability of its choice; 0: no sample
   vec3 weight;  // f cos / pdf
-  uint lobe;  // BSDF_DIFFUSE or BSDF_GLOSSY, with BSDF_SINGULAR or without
+  uint lobe;  // BSDF_DIFFUSE or BSDF_GLOSSY; with it BSDF_SINGULAR, BSDF_SHARP
 };
 
 // Index of refraction of the dielectric layer, and its F0, after "Specular IOR Level"; at 1 there is no layer.
@@ -208,6 +209,7 @@ FN vec3 bsdf_prepare_albedo(IN(SceneData) scene, IN(Material) material, vec3 n, 
     bsdf.p_glossy = select(glossy, weight / (weight + diffuse.x + diffuse.y + diffuse.z), 0.0f);
     const uint kind = select(bsdf.alpha2 > MIRROR_ALPHA2, BSDF_GLOSSY, BSDF_SINGULAR);
     bsdf.lobes |= select(glossy, kind, 0u);
+    bsdf.lobes |= select(glossy && (material.flags & MATERIAL_SHARP) != 0u, BSDF_SHARP, 0u);
   }
   return albedo;
 }
@@ -309,6 +311,7 @@ FN void bsdf_sample(IN(Bsdf) bsdf, vec3 wo, float u_lobe, vec2 u, OUT(BsdfSample
       s.pdf = bsdf.p_glossy;
       s.weight = bsdf_fresnel(bsdf, bsdf.no, bsdf.no * bsdf.no) / bsdf.p_glossy;
     }
+    s.lobe |= bsdf.lobes & BSDF_SHARP;
   } else {
     s.wi = to_world(i, t, b, frame);
     s.pdf = i.z * INV_PI;

@@ -79,7 +79,8 @@ FN vec3 path_meet_light(IN(SceneData) scene, uint index, IN(PathState) path, vec
                     path.bounce <= light.max_bounces;
   if (!seen || !light_intersect(light, origin, direction, t_max, path.normal, radiance, pdf)) return vec3(0.0f);
   // Where light sampling brings all of it, a bounce must not bring it again.
-  const bool shared_work = FEATURE(FEATURE_BSDF_RAYS) && (light.flags & LIGHT_USE_MIS) != 0u;
+  const bool shared_work =
+      FEATURE(FEATURE_BSDF_RAYS) && (light.flags & LIGHT_USE_MIS) != 0u && (path.ray_kind & RAY_MEETS_LAMPS) != 0u;
   if (path.bounce > 0u && !shared_work) return vec3(0.0f);
   return path.throughput * radiance * found_weight(path, pdf);
 }
@@ -138,7 +139,8 @@ FN vec3 light_contribution(IN(Light) light, IN(LightSample) l, IN(Bsdf) bsdf, ve
   const vec3 f = visible_bsdf(bsdf, wo, l.wi, light.visibility, bsdf_pdf);
   float weight = scale;
   if (FEATURE(FEATURE_BSDF_RAYS) && light.radius > 0.0f && (light.flags & LIGHT_USE_MIS) != 0u) {
-    weight *= power_heuristic(l.pdf, bsdf_pdf);
+    // Only sharp highlights share the work with bounces; elsewhere light sampling does all of it.
+    weight *= select((bsdf.lobes & BSDF_SHARP) != 0u, power_heuristic(l.pdf, bsdf_pdf), 1.0f);
   }
   return throughput * f * l.weight * weight;
 }
@@ -266,6 +268,7 @@ FN bool path_advance(IN(IntegratorData) integrator, INOUT(PathState) path, IN(Su
     path.glossy_bounces += 1u;
     path.ray_kind = VISIBLE_GLOSSY;
   }
+  if ((b.lobe & BSDF_SHARP) != 0u) path.ray_kind |= RAY_MEETS_LAMPS;
   // Russian roulette: survive in proportion to what the path still carries, as it will look (square root).
   if (path.bounce >= integrator.roulette_start) {
     const float survival = min(sqrt(max_component(path.throughput)), 1.0f);

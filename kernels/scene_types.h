@@ -32,6 +32,7 @@ const uint VISIBLE_TRANSMISSION = 8u;
 const uint VISIBLE_VOLUME = 16u;
 const uint VISIBLE_SHADOW = 32u;
 const uint VISIBLE_ALL = 63u;
+const uint RAY_MEETS_LAMPS = 64u;  // beside the kind of a ray: it left a MATERIAL_SHARP
 
 const uint INVALID_ID = 0xffffffffu;
 
@@ -71,6 +72,7 @@ const uint MATERIAL_TRANSPARENT = 8u;  // alpha below 1
 const uint MATERIAL_SAMPLED = 32u;     // its triangles are sampled as lights
 const uint MATERIAL_EMIT_FRONT = 64u;  // which sides of its triangles emit
 const uint MATERIAL_EMIT_BACK = 128u;
+const uint MATERIAL_SHARP = 256u;      // highlights narrower than a lamp may look: bounces meet lamps, too
 const uint MATERIAL_MULTI_GGX = 16u;   // microfacet energy is preserved (Blender's "Multiscatter GGX")
 
 // One material: Principled BSDF, as far as it is a constant.

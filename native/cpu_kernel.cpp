@@ -490,9 +490,11 @@ class Renderer {
       const BsdfSample sample{b_.bounce.wi.get(i), b_.bounce.pdf[i], b_.bounce.weight.get(i), b_.bounce.lobe[i]};
       vec3 origin;
       if (!path_advance(limits_, path, b_.surface[i], sample, roulette[i], origin)) continue;
-      // A last ray can only bring light home: where bounces find none, it need not be traced.
-      if (!FEATURE(FEATURE_BSDF_RAYS) && path_is_last(limits_, path)) continue;
-      set_ray(next, origin, sample.wi, 0.0f, INFINITE_DISTANCE, path.ray_kind);
+      // A last ray can only bring light home: where there is none to find, it need not be traced.
+      const bool finds =
+          FEATURE(FEATURE_BSDF_RAYS) && (job_.last_rays_find_light || (path.ray_kind & RAY_MEETS_LAMPS) != 0u);
+      if (!finds && path_is_last(limits_, path)) continue;
+      set_ray(next, origin, sample.wi, 0.0f, INFINITE_DISTANCE, path.ray_kind & VISIBLE_ALL);
       b_.path[next] = path;
       b_.slot[next] = b_.slot[i];
       ++next;

@@ -36,6 +36,7 @@ struct RenderJob {
   std::uint32_t lights_at_once;  // all lamps are sampled at a vertex while there are at most so many
   bool transparent;
   bool camera_meets_lights;  // a lamp is visible to camera rays
+  bool last_rays_find_light;  // the world or a mesh: worth the last ray of any path, not only of those that meet lamps
   bool measure_tracing;
   const std::atomic<bool> *cancel;
 };
@@ -63,7 +64,7 @@ struct Workspace {
 struct CpuKernel {
   const char *isa;
   std::uint32_t isa_level;  // 2, 3, 4 for x86-64-v2, -v3, -v4
-  std::uint32_t features;   // FEATURE_* compiled in
+  std::uint32_t features;  // FEATURE_* compiled in
   std::unique_ptr<Workspace> (*make_workspace)(const RenderJob &);
   // Takes samples [first, first + count) of each pixel in the tile's to_sample(). Returns false if cancelled; what was
   // finished by then is in the tile, unless the batch could not be kept whole.

@@ -230,6 +230,7 @@ void Scene::prepare_materials(const MaterialsInput &in) {
     m.alpha = in.alpha[i];
     m.pass_index = in.pass_index[i];
     m.flags = principled_flags(m);
+    if ((m.flags & MATERIAL_SPECULAR) != 0 && m.roughness < kSharpRoughness) m.flags |= MATERIAL_SHARP;
     if (in.multi_ggx[i] != 0) m.flags |= MATERIAL_MULTI_GGX;
     if (max(max(m.emission.x, m.emission.y), m.emission.z) > 0.0f) {
       m.flags |= MATERIAL_EMISSIVE;
@@ -414,7 +415,7 @@ void Scene::prepare_features() {
     if (!used[k]) continue;
     const Material &m = materials_[k];
     specular |= (m.flags & MATERIAL_SPECULAR) != 0;
-    sharp |= (m.flags & MATERIAL_SPECULAR) != 0 && m.roughness < kSharpRoughness;
+    sharp |= (m.flags & MATERIAL_SHARP) != 0;
     emissive |= (m.flags & MATERIAL_EMISSIVE) != 0;
   }
   const bool world = max(max(data_.world.x, data_.world.y), data_.world.z) > 0.0f;

@@ -143,6 +143,7 @@ Session::Session(std::shared_ptr<const Scene> scene, const CameraInput &camera, 
   job_.lights_at_once = kLightsAtOnce;
   job_.transparent = settings.transparent;
   job_.camera_meets_lights = scene_->camera_meets_lights();
+  job_.last_rays_find_light = (job_.features & (FEATURE_WORLD | FEATURE_EMISSIVE_MESHES)) != 0;
   job_.measure_tracing = settings.measure_tracing;
   job_.cancel = &cancel_;
   kernel_ = &choose_cpu_kernel(job_.features);
