@@ -9,6 +9,10 @@
 namespace cotorra {
 namespace {
 
+// Scenes of more triangles get Embree's compact BVH: half the memory for a sixth of the traversal speed (35 instead of
+// 70 bytes a triangle; 10.9 instead of 12.8 million rays a second on 472k triangles). Cycles uses it always.
+constexpr std::uint64_t kCompactTriangles = 1'000'000;
+
 bool count_memory(void *counter, ssize_t bytes, bool) {
   static_cast<std::atomic<std::int64_t> *>(counter)->fetch_add(bytes, std::memory_order_relaxed);
   return true;
@@ -60,12 +64,15 @@ void Scene::build(int threads, const std::atomic<bool> &cancel) {
     rtc.release_geometry(geometry);
   };
 
+  const bool compact = stats_.triangles > kCompactTriangles;
+
   // 1. One BVH for each shared mesh.
   mesh_scenes_.assign(meshes_.size(), nullptr);
   for (const Instance &instance : instances_) {
     const std::size_t k = instance.mesh;
     if (storage_[k].flattened || mesh_scenes_[k] != nullptr || meshes_[k].triangle_count == 0) continue;
     mesh_scenes_[k] = rtc.new_scene(device_);
+    if (compact) rtc.set_scene_flags(mesh_scenes_[k], embree::kSceneCompact);
     rtc.set_scene_progress_monitor(mesh_scenes_[k], keep_building, cancel_pointer);
     attach(mesh_scenes_[k], triangle_geometry(k), VISIBLE_ALL, 0);
     rtc.commit_scene(mesh_scenes_[k]);
@@ -75,6 +82,7 @@ void Scene::build(int threads, const std::atomic<bool> &cancel) {
 
   // 2. The top level: flattened meshes, and one instance array for each run of instances with one mesh and visibility.
   bvh_ = rtc.new_scene(device_);
+  if (compact) rtc.set_scene_flags(bvh_, embree::kSceneCompact);
   rtc.set_scene_progress_monitor(bvh_, keep_building, cancel_pointer);
   for (std::size_t first = 0; first < instances_.size();) {
     const Instance &head = instances_[first];
