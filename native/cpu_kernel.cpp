@@ -15,81 +15,10 @@ constexpr std::uint32_t KERNEL_FEATURES = COTORRA_KERNEL_FEATURES;
 }  // namespace cotorra
 
 #include "../kernels/integrator.h"
-#include "cpu_lanes.h"
-
-#if defined(__AVX512F__)
-#define COTORRA_PACKET 16
-#elif defined(__AVX2__)
-#define COTORRA_PACKET 8
-#else
-#define COTORRA_PACKET 4
-#endif
+#include "cpu_batch.h"
 
 namespace cotorra {
 namespace {
-
-constexpr int kWidth = COTORRA_PACKET;  // rays of one packet
-constexpr int kLastSharedPair = 250;    // lamps beyond share random pairs
-
-// Embree's entry points for this packet width.
-void intersect(const embree::Api &rtc, const int *valid, embree::Scene bvh, embree::RayHit<kWidth> *packet,
-               embree::QueryArguments *arguments) {
-#if COTORRA_PACKET == 16
-  rtc.intersect16(valid, bvh, packet, arguments);
-#elif COTORRA_PACKET == 8
-  rtc.intersect8(valid, bvh, packet, arguments);
-#else
-  rtc.intersect4(valid, bvh, packet, arguments);
-#endif
-}
-
-void occluded(const embree::Api &rtc, const int *valid, embree::Scene bvh, embree::Ray<kWidth> *packet,
-              embree::QueryArguments *arguments) {
-#if COTORRA_PACKET == 16
-  rtc.occluded16(valid, bvh, packet, arguments);
-#elif COTORRA_PACKET == 8
-  rtc.occluded8(valid, bvh, packet, arguments);
-#else
-  rtc.occluded4(valid, bvh, packet, arguments);
-#endif
-}
-
-// A packet as it was before it was traced, for RenderJob::measure_tracing.
-struct RecordedPacket {
-  embree::RayHit<kWidth> packet;
-  int count;
-  int flags;
-  bool shadow;
-};
-
-// The paths of a batch. Lanes are compacted at each vertex: `slot` tells which sample a lane belongs to.
-struct Batch final : Workspace {
-  Array<embree::RayHit<kWidth>, kLanes / kWidth> packets;
-  Array<PathState, kLanes> path;
-  Array<Surface, kLanes> surface;
-  HitLanes hit;
-  ShadingLanes shading;
-  LightLanes light;
-  BounceLanes bounce;
-  Array<uint, kLanes> slot;
-  Array<uint, kLanes> random;
-  Array<float, kLanes> u, v, u2, v2;
-  // By sample:
-  Array<std::uint16_t, kLanes> pixel;  // its place in the tile
-  Array<vec3, kLanes> radiance;
-  Array<float, kLanes> alpha;
-  std::vector<vec3> groups;
-  // The shadow packet that is being filled.
-  embree::Ray<kWidth> shadow;
-  std::array<uint, kWidth> shadow_slot;
-  std::array<vec3, kWidth> shadow_contribution;
-  std::array<int, kWidth> shadow_group;
-  int shadow_count = 0;
-  std::vector<RecordedPacket> recorded;
-  bool recording = false;
-  // What a call adds to the tile, kept apart so that a cancelled call leaves nothing half done.
-  FilmTile staged;
-};
 
 // Camera rays through u2, v2 plus the filter offsets that u, v choose and then hold. Whole packets: the last one may
 // carry rays that nobody traces.
