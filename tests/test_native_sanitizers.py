@@ -33,8 +33,8 @@ RACES_OF_OTHERS = 'race:libembree4\nrace:libtbb\n'
 needs_compiler = pytest.mark.skipif(compiler() is None, reason='no C++ compiler (on Debian: apt-get install g++)')
 
 
-# GCC 12's LeakSanitizer stops all threads from a tracer process, and that crashes now and then while a thread of TBB's is
-# ending: it says so in these words, after the program has ended well. Nothing was found or ruled out, so it runs again.
+# GCC 12's LeakSanitizer stops all threads from a tracer process, which crashes now and then while a thread of TBB's is
+# ending: it says so in these words, after the program has ended well. Nothing was found or ruled out: run it again.
 TRACER_CRASHED = 'LeakSanitizer has encountered a fatal error'
 TRIES = 4
 
