@@ -90,8 +90,8 @@ struct SceneInput {
   uint light_group_count = 0;
 };
 
-// Below this roughness a highlight is narrower than a usual lamp: light sampling alone becomes noisy, and BSDF sampling
-// shares the work. Above it, it would cost a ray a sample and gain nothing (measured on a roughness sweep).
+// Below this roughness a highlight may be narrower than a usual lamp: light sampling alone becomes noisy, and BSDF
+// sampling shares the work, for a ray a sample. Where exactly the two break even was not measured yet.
 constexpr float kSharpRoughness = 0.25f;
 
 struct SceneStats {

@@ -10,7 +10,7 @@ namespace cotorra {
 namespace {
 
 // Scenes of more triangles get Embree's compact BVH: half the memory for a sixth of the traversal speed (35 instead of
-// 70 bytes a triangle; 10.9 instead of 12.8 million rays a second on 472k triangles). Cycles uses it always.
+// 70 bytes a triangle; 10.9 instead of 12.8 million rays a second on 472k triangles). Cycles has it by default.
 constexpr std::uint64_t kCompactTriangles = 1'000'000;
 
 bool count_memory(void *counter, ssize_t bytes, bool) {
