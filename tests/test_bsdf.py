@@ -151,6 +151,7 @@ def test_sample_says_what_eval_says() -> None:
     there = samples['pdf'] > 1e-3
     assert there.mean() > 0.8
     diffuse, glossy, pdf = lobes.evaluate(samples['wi'])
+    # Evaluation finds the half vector again from wo + wi, whose rounding a sharp lobe magnifies.
     np.testing.assert_allclose(pdf[there], samples['pdf'][there], rtol=2e-3)
     np.testing.assert_allclose(
         (diffuse + glossy)[there], (samples['weight'] * samples['pdf'][:, None])[there], rtol=2e-3, atol=1e-5
@@ -210,6 +211,7 @@ def test_single_scattering_metal_is_reciprocal() -> None:
     there, back = (
         bsdf.Lobes(material, NORMAL, wo).evaluate(wi)[1] / (wi @ NORMAL)[:, None] for wo, wi in ((a, b), (b, a))
     )
+    # Float rounding: the two directions enter D and V in different places.
     np.testing.assert_allclose(there, back, rtol=1e-4, atol=1e-6)
 
 
