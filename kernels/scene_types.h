@@ -23,6 +23,13 @@ const uint FEATURE_BSDF_RAYS =
 const uint FEATURE_DATA_PASSES = 128u;     // passes beyond Combined are written
 const uint FEATURE_LIGHT_GROUPS = 256u;    // contributions of lights are kept apart
 const uint FEATURE_TRANSPARENCY = 512u;    // a material lets rays through (alpha below 1)
+const uint FEATURE_TEXTURES = 1024u;       // a material reads images
+const uint FEATURE_MODELS = 2048u;         // a material has a reflection model other than Principled
+const uint FEATURE_LIGHT_SHAPES = 4096u;   // a lamp has a falloff or a spot edge other than Blender's
+const uint FEATURE_TERMS = 8192u;          // passes show D, G, F or lamps one by one
+const uint FEATURE_OCCLUSION = 16384u;     // ambient occlusion, as a picture, a pass or an ambient term
+const uint FEATURE_WHITTED = 32768u;       // the integrator is Whitted
+const uint FEATURE_TOON = 65536u;          // the integrator is Toon
 
 // ---- Ray visibility, as Blender's visible_* flags; also Embree's ray masks.
 const uint VISIBLE_CAMERA = 1u;
@@ -74,6 +81,8 @@ const uint MATERIAL_EMIT_FRONT = 64u;  // which sides of its triangles emit
 const uint MATERIAL_EMIT_BACK = 128u;
 const uint MATERIAL_SHARP = 256u;      // highlights narrower than a lamp may look: bounces meet lamps, too
 const uint MATERIAL_MULTI_GGX = 16u;   // microfacet energy is preserved (Blender's "Multiscatter GGX")
+const uint MATERIAL_TEXTURED = 512u;   // an input reads an image
+const uint MATERIAL_MODEL = 1024u;     // its reflection model is not Principled
 
 // One material: Principled BSDF, as far as it is a constant.
 struct Material {
