@@ -28,7 +28,11 @@ class SceneSource:
 
     def digest(self) -> str:
         """Changes when what is rendered may have changed."""
-        files = {'demo': [ROOT / 'addon' / 'demos.py'], 'blend': [Path(self.path)]}.get(self.kind, [])
+        demos = ROOT / 'addon' / 'demos'
+        files = {
+            'demo': [demos / '__init__.py', demos / 'parts.py', demos / f'{self.name}.py'],
+            'blend': [Path(self.path)],
+        }.get(self.kind, [])
         if self.kind == 'open':
             folder = OPEN / self.name
             files = [OPEN / 'load.py', *sorted(path for path in folder.rglob('*') if path.is_file())]
