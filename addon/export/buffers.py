@@ -22,6 +22,57 @@ VISIBLE_TRANSMISSION, VISIBLE_VOLUME, VISIBLE_SHADOW = 8, 16, 32
 
 LIGHT_POINT, LIGHT_SUN, LIGHT_SPOT = 0, 1, 2
 
+# Inputs of a material that may read an image: columns of `MaterialTextures.inputs` (TEXTURED_* in the kernels).
+TEXTURED_INPUTS = (
+    'base_color',
+    'metallic',
+    'roughness',
+    'ior',
+    'specular_level',
+    'specular_tint',
+    'emission',
+    'alpha',
+    'normal',
+)
+# What a slot hands on of a texel; coordinates it is looked up with; how; and what lies outside 0 to 1.
+CHANNEL_RGB, CHANNEL_R, CHANNEL_G, CHANNEL_B, CHANNEL_A, CHANNEL_LUMINANCE = range(6)
+COORDINATES_UV, COORDINATES_GENERATED, COORDINATES_OBJECT, COORDINATES_WORLD = range(4)
+INTERPOLATION_CLOSEST, INTERPOLATION_LINEAR, INTERPOLATION_CUBIC = range(3)
+EXTENSION_REPEAT, EXTENSION_EXTEND, EXTENSION_CLIP, EXTENSION_MIRROR = range(4)
+NORMAL_TANGENT, NORMAL_OBJECT, NORMAL_WORLD = range(3)
+
+TEXTURE_UNASSOCIATE = 1  # bit of a slot's flags: colour is divided by alpha after filtering
+
+# One use of an image by one input of a material, laid out as the kernels' TextureSlot (96 bytes, scalar layout).
+# (x, y, z) are the coordinates, z = 0 for UV. The value of an input is, in this order:
+#   s, t    = mapping_s . (x, y, z, 1), mapping_t . (x, y, z, 1); (0, 0) is the image's lower left corner, (1, 1) its
+#             upper right one
+#   texel   = the image at (s, t), filtered; outside: by extension (CLIP: 0 in all four channels, as in Cycles)
+#   texel   = rgb / a where TEXTURE_UNASSOCIATE is set and a is neither 0 nor 1
+#   rgb     = sRGB to linear where `Image.srgb` says so (never alpha)
+#   value   = the channel: RGB, or one number in all three components
+#   value   = 0 where value < threshold, else 1; skipped where threshold is NaN, which it is for RGB
+#   value   = value * scale + offset
+# Then it is clamped as that input of the Principled BSDF is: colours, IOR, specular level to at least 0 (IOR 1e-5),
+# metallic, roughness, alpha to 0..1, emission not at all. A normal stays as it is: 0..1 stands for -1..1.
+TEXTURE_SLOT = np.dtype(
+    [
+        ('mapping_s', np.float32, 4),
+        ('mapping_t', np.float32, 4),
+        ('scale', np.float32, 3),
+        ('threshold', np.float32),
+        ('offset', np.float32, 3),
+        ('image', np.uint32),  # index into SceneBuffers.images
+        ('channel', np.uint32),  # CHANNEL_*
+        ('coordinates', np.uint32),  # COORDINATES_*
+        ('uv_layer', np.uint32),  # index into SceneBuffers.uv_layers, for COORDINATES_UV
+        ('interpolation', np.uint32),  # INTERPOLATION_*
+        ('extension', np.uint32),  # EXTENSION_*
+        ('flags', np.uint32),  # TEXTURE_*
+        ('unused', np.uint32, 2),  # 0
+    ]
+)
+
 
 @dataclass(frozen=True, slots=True)
 class Mesh:
@@ -32,9 +83,15 @@ class Mesh:
     triangles: (T, 3) uint32 vertex indices.
     corners:   (T, 3) uint32 corner indices, or None where neither uv nor corner normals are there.
     normals:   None (flat), or (V, 3) float32 where `normals_domain` is 'POINT', (C, 3) where it is 'CORNER'.
-    uv:        (C, 2) float32 of the active render UV map, or None.
+    uv:        (L * C, 2) float32, the first L layers of `SceneBuffers.uv_layers` one after the other, or None. L is as
+               many as the mesh's materials ask for, at least 1 (the active render UV map); a layer beyond is 0, 0.
     slots:     (T,) uint32 material slot of each triangle, or None where all are 0.
     colors:    colour attributes by name, (V, 4) or (C, 4) float32; kept for materials that read them.
+    tangents:  (K * C, 4) float32 MikkTSpace tangent in object space and its sign (bitangent = sign * cross(normal,
+               tangent)), the first K layers of `SceneBuffers.tangent_layers` one after the other; a tangent of 0, 0, 0
+               or of a layer beyond leaves the normal as it is. None where no material of the mesh has a normal map.
+    generated: (V, 3) float32 generated coordinates (0 to 1 over the undeformed mesh's texture space), or None where no
+               material of the mesh asks for them.
     """
 
     name: str
@@ -46,6 +103,18 @@ class Mesh:
     uv: F32 | None = None
     slots: U32 | None = None
     colors: dict[str, F32] = field(default_factory=dict)
+    tangents: F32 | None = None
+    generated: F32 | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class InstanceSpaces:
+    """What object coordinates need of the instances: only there if a slot asks for COORDINATES_OBJECT.
+
+    world_to_object: (I, 3, 4) float32.
+    """
+
+    world_to_object: F32
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,6 +141,42 @@ class Instances:
     light_group: I32
     terminator: F32
     names: tuple[str, ...] = ()
+    spaces: InstanceSpaces | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Image:
+    """One image, once in memory however many materials use it, in the depth of its file.
+
+    name:   for messages.
+    pixels: (H, W, C) uint8 or uint16 (the largest number is 1), float16 or float32; row 0 is the lowest. C = 1: grey;
+            2: grey and alpha; 3: RGB; 4: RGBA. Without alpha it is 1, without colours they are the grey. Colours are
+            stored as Cycles stores them: multiplied by alpha, save for data and for "Channel Packed".
+    srgb:   colours are sRGB-encoded, in the working space's primaries; to be decoded after filtering, as Cycles does.
+    """
+
+    name: str
+    pixels: NDArray[np.uint8] | NDArray[np.uint16] | NDArray[np.float16] | F32
+    srgb: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class MaterialTextures:
+    """What the M materials read from images; None in `Materials` where none does.
+
+    slots:           (S,) TEXTURE_SLOT, equal ones once.
+    inputs:          (M, 9) int32 index into slots for each of TEXTURED_INPUTS, -1 = the constant in `Materials`; where
+                     a slot stands, the constant says nothing.
+    normal_strength: (M,) float32 of the Normal Map node.
+    normal_tangent:  (M,) uint32 index into `SceneBuffers.tangent_layers`.
+    normal_space:    (M,) uint32 NORMAL_*: what the normal map's directions are relative to.
+    """
+
+    slots: NDArray[np.void]
+    inputs: I32
+    normal_strength: F32
+    normal_tangent: U32
+    normal_space: U32
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,6 +200,7 @@ class Materials:
     emission_sampling: U32  # (M,)
     emission_sides: U32 | None = None  # (M,)
     names: tuple[str, ...] = ()
+    textures: MaterialTextures | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -137,6 +243,9 @@ class SceneBuffers:
 
     material_slots: (S,) uint32 indices into materials; instance i owns [material_base, material_base + material_count).
     light_groups:   names, in the order that `light_group` indexes.
+    images:         those that material slots read.
+    uv_layers:      names of the UV maps in use, '' = each mesh's active render one, which comes first.
+    tangent_layers: the UV maps (indices into uv_layers) that normal maps take their tangents from.
     """
 
     meshes: tuple[Mesh, ...]
@@ -146,6 +255,9 @@ class SceneBuffers:
     lights: Lights
     world: World
     light_groups: tuple[str, ...] = ()
+    images: tuple[Image, ...] = ()
+    uv_layers: tuple[str, ...] = ('',)
+    tangent_layers: tuple[int, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
