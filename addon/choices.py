@@ -12,8 +12,74 @@ ENGINE = 'COTORRA'
 INTEGRATORS = (
     ('DIRECT', 'Direct', 'Light that comes straight from lights and the world, with shadows; nothing reflects'),
     ('PATH', 'Path', 'Light that also bounces between surfaces, and light from emitting surfaces'),
+    (
+        'WHITTED',
+        'Whitted',
+        'Direct and ambient light, and rays that are mirrored and refracted (Whitted 1980)',
+    ),
+    ('AO', 'Ambient Occlusion', 'How much of the surroundings each point sees, without any light'),
+    ('TOON', 'Toon', 'Flat tones by the number of lights, with outlines'),
 )
 DEVICES = (('CPU', 'CPU', "All processor cores that Blender's thread setting allows"),)
+
+# What a material reflects by, in the order of kernels/scene_types.h (MODEL_*), as are the lists that follow.
+MODELS = (
+    ('PRINCIPLED', 'Principled', "What the material's own nodes say"),
+    ('LAMBERT', 'Lambert', 'The same brightness from everywhere: base color / π'),
+    ('OREN_NAYAR', 'Oren-Nayar', 'Rough diffuse surfaces, such as clay, plaster or the moon'),
+    ('PHONG', 'Phong', 'Diffuse, and a highlight around the mirrored direction (Phong 1975)'),
+    ('BLINN_PHONG', 'Blinn-Phong', 'Diffuse, and a highlight around the half vector (Blinn 1977)'),
+    (
+        'COOK_TORRANCE',
+        'Cook-Torrance',
+        'Diffuse, and microfacets with a D, G and F to choose (Cook and Torrance 1982)',
+    ),
+    ('TOON', 'Toon', 'A few flat tones by the angle of the light'),
+)
+DISTRIBUTIONS = (
+    ('GGX', 'GGX', 'Highlights with a wide glow around them (Trowbridge and Reitz 1975, Walter et al. 2007)'),
+    ('BECKMANN', 'Beckmann', 'Highlights without a glow, from Gaussian slopes (Beckmann and Spizzichino 1963)'),
+    ('BLINN_PHONG', 'Blinn-Phong', "Phong's cosine power as a distribution of microfacets (Blinn 1977)"),
+)
+MASKINGS = (
+    ('SMITH_CORRELATED', 'Smith, Correlated', 'Smith, where high facets are both seen and lit more (Heitz 2014)'),
+    ('SMITH', 'Smith', 'Smith, with view and light independent of each other (Smith 1967)'),
+    ('COOK_TORRANCE', 'Cook-Torrance', 'Facets in V-shaped grooves (Torrance and Sparrow 1967)'),
+    ('SCHLICK_GGX', 'Schlick-GGX', "Schlick's cheaper fit, with k = a / 2 (Karis 2013)"),
+)
+FRESNELS = (
+    ('SCHLICK', 'Schlick', 'From F0 to white at grazing angles (Schlick 1994)'),
+    ('DIELECTRIC', 'Dielectric', "Fresnel's equations for glass and plastic, from the index of refraction"),
+    ('CONDUCTOR', 'Conductor', "Fresnel's equations for metals, from n and k for red, green and blue"),
+    (
+        'F82',
+        'F82 Tint',
+        'Schlick with a tint near the edge (Kutz et al. 2021), as Principled has it for metals',
+    ),
+)
+F0_MODES = (
+    ('COLOR', 'Color', 'The color below'),
+    ('METALLIC', 'Metallic', "0.04 to the base color, by the node's Metallic"),
+    ('IOR', 'IOR', "((n - 1) / (n + 1))², by the node's index of refraction n"),
+)
+SPLITS = (
+    ('ENERGY', 'Energy', 'Diffuse gets what Fresnel leaves: (1 - F) (1 - metallic)'),
+    ('MIX', 'Mix', 'Diffuse and specular are mixed by Metallic'),
+)
+OREN_NAYAR_FORMS = (
+    ('QUALITATIVE', 'Qualitative', 'The short form of the paper, which loses energy (Oren and Nayar 1994)'),
+    ('ENERGY_PRESERVING', 'Energy Preserving', 'EON, which keeps the energy (Portsmouth et al. 2024)'),
+)
+FALLOFFS = (
+    ('PHYSICAL', 'Physical', 'By the square of the distance'),
+    ('RANGED', 'Ranged', 'By the square of the distance, and smoothly to nothing at the range'),
+    ('POLYNOMIAL', 'Polynomial', '1 / (c0 + c1 d + c2 d²), d being the distance'),
+)
+SPOT_EDGES = (
+    ('BLENDER', 'Blender', 'By Angle and Blend, as in Cycles'),
+    ('LINEAR', 'Linear', 'Evenly with the angle, between the inner and the outer angle'),
+    ('SQUARED', 'Squared Cosine', 'By the square of a ramp in the cosine, between the inner and the outer angle'),
+)
 
 DEMOS = {
     'three_lights': 'thirty twice-subdivided monkeys under a sun, a point and a spot light',
@@ -24,6 +90,9 @@ DEMOS = {
 SAMPLES_MAX = 2**24
 SEED_MAX = 2**31 - 1  # the largest integer of Blender's properties
 BOUNCES_MAX = 1024
+SHININESS_MAX = 1e6
+TOON_STEPS_MAX = 64
+WHITTED_DEPTH_MAX = 64
 THREADS_MAX = 1024
 SIZE_MAX = 65536
 FRAME_MAX = 1048574  # as in Blender

@@ -78,6 +78,14 @@ def parser() -> argparse.ArgumentParser:
     line.add_argument('--seed', type=whole(0, choices.SEED_MAX), metavar='N')
     names = [identifier for identifier, _, _ in choices.INTEGRATORS]
     line.add_argument('--integrator', type=str.upper, choices=names, metavar='NAME', help=', '.join(names).lower())
+    models = [identifier for identifier, _, _ in choices.MODELS]
+    line.add_argument(
+        '--model',
+        type=str.upper,
+        choices=models,
+        metavar='NAME',
+        help=f'render all materials with one reflection model: {", ".join(models).lower()}',
+    )
     devices = [identifier for identifier, _, _ in choices.DEVICES]
     line.add_argument('--device', type=str.upper, choices=devices, metavar='NAME', help=', '.join(devices).lower())
     line.add_argument('--threads', type=whole(0, choices.THREADS_MAX), metavar='N', help='0 for all processor cores')
@@ -191,6 +199,9 @@ def apply(options: argparse.Namespace, scene: bpy.types.Scene) -> None:
         scene.cotorra.seed = options.seed
     if options.integrator is not None:
         scene.cotorra.integrator = options.integrator
+    if options.model is not None:
+        scene.cotorra.use_model_override = True
+        scene.cotorra.model_override.model = options.model
     if options.device is not None:
         scene.cotorra.device = options.device
     if options.threads is not None:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The settings that a .blend file keeps for Cotorra: `scene.cotorra` and `view_layer.cotorra`.
+"""The settings that a .blend file keeps for Cotorra: `scene.cotorra` and `view_layer.cotorra`, and where all hang.
 
 Defaults follow Cycles where a setting of Cycles has the same meaning; nothing is read from Cycles' own settings.
 """
@@ -9,12 +9,14 @@ from __future__ import annotations
 import bpy
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, PointerProperty
 
-from .choices import BOUNCES_MAX, DEVICES, INTEGRATORS, SAMPLES_MAX, SEED_MAX
+from .choices import BOUNCES_MAX, DEVICES, INTEGRATORS, SAMPLES_MAX, SEED_MAX, WHITTED_DEPTH_MAX
+from .light_settings import CotorraLightSettings
+from .material_settings import CotorraMaterialSettings, color
+from .material_settings import tag_owner as tag_scene
 
 
-def tag_scene(settings: bpy.types.PropertyGroup, _context: bpy.types.Context) -> None:
-    """Blender does not see changes of an add-on's properties: with persistent data it would render the old ones."""
-    settings.id_data.update_tag()
+def switch(name: str, description: str, default: bool = False) -> BoolProperty:
+    return BoolProperty(name=name, description=description, default=default, update=tag_scene)
 
 
 class CotorraSceneSettings(bpy.types.PropertyGroup):
@@ -117,28 +119,129 @@ class CotorraSceneSettings(bpy.types.PropertyGroup):
         update=tag_scene,
     )
 
+    # One model for everything
+    use_model_override: switch('Model Override', 'Render all materials with one reflection model, to compare models')
+    model_override: PointerProperty(
+        name='Model Override',
+        description='The model, and its parameters. Base color, roughness and metallic stay those of each material',
+        type=CotorraMaterialSettings,
+    )
 
-class CotorraViewLayerSettings(bpy.types.PropertyGroup):
-    use_pass_sample_count: BoolProperty(
-        name='Sample Count',
-        description='The part of the samples that each pixel took; below 1 where adaptive sampling stopped early',
-        default=False,
+    # Ambient light and occlusion
+    ambient_color: color('Ambient Color', 'Color of the light that is everywhere', (1.0, 1.0, 1.0))
+    ambient_strength: FloatProperty(
+        name='Ambient Strength',
+        description='Strength of the light that is everywhere (Whitted and Direct)',
+        default=0.0,
+        min=0.0,
+        soft_max=1.0,
+        update=tag_scene,
+    )
+    use_ambient_occlusion: switch('Ambient Occlusion', 'Darken the ambient light where surfaces are near')
+    ao_distance: FloatProperty(
+        name='Distance',
+        description='How far a surface may be to darken another',
+        subtype='DISTANCE',
+        default=10.0,
+        min=0.0,
+        soft_max=100.0,
+        update=tag_scene,
+    )
+
+    # Whitted
+    whitted_depth: IntProperty(
+        name='Depth',
+        description='Mirrors and glass surfaces, one after the other, that a ray may meet at most',
+        default=8,
+        min=0,
+        max=WHITTED_DEPTH_MAX,
+        soft_max=16,
+        update=tag_scene,
+    )
+    whitted_threshold: FloatProperty(
+        name='Threshold',
+        description='Leave out rays that add less than this part to the picture',
+        default=0.003,
+        min=0.0,
+        max=1.0,
+        soft_max=0.1,
+        precision=4,
+        update=tag_scene,
+    )
+    use_transparent_shadows: switch(
+        'Transparent Shadows', 'Let the light of lamps go straight through glass, as if it did not refract'
+    )
+
+    # Toon
+    toon_outline: switch('Outlines', 'Draw lines where the surface turns, ends or changes', True)
+    outline_width: FloatProperty(
+        name='Width',
+        description="Width of the lines, as a part of the picture's height",
+        subtype='PERCENTAGE',
+        default=0.3,
+        min=0.0,
+        max=10.0,
+        soft_max=2.0,
+        precision=2,
+        update=tag_scene,
+    )
+    outline_color: color('Color', 'Color of the lines', (0.0, 0.0, 0.0))
+    outline_normal: switch('Normal', 'Lines where the normal turns sharply', True)
+    outline_depth: switch('Depth', 'Lines where the distance jumps', True)
+    outline_object: switch('Object', 'Lines between objects', True)
+
+    # Film
+    use_reinhard: switch(
+        'Reinhard',
+        'Compress bright light into what a display shows (Reinhard et al. 2002). Combined is then no longer '
+        'scene-linear: set the view transform to Standard, and do not light by it',
+    )
+    reinhard_white: FloatProperty(
+        name='White',
+        description='Luminance that becomes white; what is brighter burns out',
+        default=4.0,
+        min=0.01,
+        soft_max=100.0,
         update=tag_scene,
     )
 
 
-CLASSES = (CotorraSceneSettings, CotorraViewLayerSettings)
+class CotorraViewLayerSettings(bpy.types.PropertyGroup):
+    use_pass_sample_count: switch(
+        'Sample Count',
+        'The part of the samples that each pixel took; below 1 where adaptive sampling stopped early',
+    )
+    use_pass_distribution: switch(
+        'Distribution', 'Pass "Cotorra D": the distribution term of the surface, for each lamp above it, summed'
+    )
+    use_pass_masking: switch(
+        'Masking', 'Pass "Cotorra G": the masking term of the surface, for each lamp above it, summed'
+    )
+    use_pass_fresnel: switch(
+        'Fresnel', 'Pass "Cotorra F": the Fresnel term of the surface, for each lamp above it, summed'
+    )
+    use_pass_lights: switch('Lamps', 'A pass for each lamp, with its light alone, named "Light" and after the lamp')
+
+
+# Those that others refer to come first.
+CLASSES = (CotorraMaterialSettings, CotorraLightSettings, CotorraSceneSettings, CotorraViewLayerSettings)
+OWNERS = (
+    (bpy.types.Material, CotorraMaterialSettings),
+    (bpy.types.Light, CotorraLightSettings),
+    (bpy.types.Scene, CotorraSceneSettings),
+    (bpy.types.ViewLayer, CotorraViewLayerSettings),
+)
 
 
 def register() -> None:
     for cls in CLASSES:
         bpy.utils.register_class(cls)
-    bpy.types.Scene.cotorra = PointerProperty(type=CotorraSceneSettings)
-    bpy.types.ViewLayer.cotorra = PointerProperty(type=CotorraViewLayerSettings)
+    for owner, cls in OWNERS:
+        owner.cotorra = PointerProperty(type=cls)
 
 
 def unregister() -> None:
-    del bpy.types.ViewLayer.cotorra
-    del bpy.types.Scene.cotorra
+    for owner, _ in OWNERS:
+        del owner.cotorra
     for cls in reversed(CLASSES):
         bpy.utils.unregister_class(cls)

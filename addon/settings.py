@@ -12,6 +12,21 @@ from . import passes
 from .export.buffers import RenderSettings
 from .log import Log
 
+# Fields of RenderSettings that are called as the scene's properties.
+SAME_NAMES = (
+    'ambient_strength',
+    'use_ambient_occlusion',
+    'ao_distance',
+    'whitted_depth',
+    'whitted_threshold',
+    'use_transparent_shadows',
+    'toon_outline',
+    'outline_width',
+    'outline_normal',
+    'outline_depth',
+    'outline_object',
+)
+
 
 def render_settings(
     scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer, native_passes: tuple[str, ...]
@@ -31,6 +46,9 @@ def render_settings(
         transparent_film=scene.render.film_transparent,
         threads=scene.render.threads,
         passes=native_passes,
+        ambient_color=tuple(own.ambient_color),
+        outline_color=tuple(own.outline_color),
+        **{name: getattr(own, name) for name in SAME_NAMES},
     )
 
 

@@ -66,7 +66,9 @@ def test_registering_twice_and_unregistering_leaves_blender_as_it_was(scene):
     cotorra.unregister()
     plain = engines()
     cotorra.unregister()
-    assert not known() and not hasattr(scene, 'cotorra') and not hasattr(scene.view_layers[0], 'cotorra')
+    assert not known()
+    for owner in ('Scene', 'ViewLayer', 'Material', 'Light'):
+        assert not hasattr(getattr(bpy.types, owner), 'cotorra'), owner
     assert not any('COTORRA' in names for names in plain.values())
     cotorra.register()
     assert engines() == shown

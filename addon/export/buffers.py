@@ -21,6 +21,8 @@ VISIBLE_CAMERA, VISIBLE_DIFFUSE, VISIBLE_GLOSSY = 1, 2, 4
 VISIBLE_TRANSMISSION, VISIBLE_VOLUME, VISIBLE_SHADOW = 8, 16, 32
 
 LIGHT_POINT, LIGHT_SUN, LIGHT_SPOT = 0, 1, 2
+FALLOFF_PHYSICAL, FALLOFF_RANGED, FALLOFF_POLYNOMIAL = 0, 1, 2
+SPOT_EDGE_BLENDER, SPOT_EDGE_LINEAR, SPOT_EDGE_SQUARED = 0, 1, 2
 
 # Inputs of a material that may read an image: columns of `MaterialTextures.inputs` (TEXTURED_* in the kernels).
 TEXTURED_INPUTS = (
@@ -180,11 +182,45 @@ class MaterialTextures:
 
 
 @dataclass(frozen=True, slots=True)
+class MaterialModels:
+    """Reflection models of the M materials, named and described as in material_settings.py.
+
+    Enumerations count the lists of choices.py from 0. What a material's model does not use has any value.
+    """
+
+    model: U32  # (M,)
+    normalized: U32  # (M,) 0 or 1
+    distribution: U32  # (M,)
+    masking: U32  # (M,)
+    fresnel: U32  # (M,)
+    f0_mode: U32  # (M,)
+    split: U32  # (M,)
+    oren_nayar_form: U32  # (M,)
+    toon_steps: U32  # (M,) at least 2
+    kd: F32  # (M,)
+    ks: F32  # (M,)
+    shininess: F32  # (M,)
+    oren_nayar_sigma: F32  # (M,) radians
+    ka: F32  # (M,)
+    kr: F32  # (M,)
+    kt: F32  # (M,)
+    specular_color: F32  # (M, 3)
+    f0: F32  # (M, 3)
+    f82_tint: F32  # (M, 3)
+    conductor_n: F32  # (M, 3)
+    conductor_k: F32  # (M, 3)
+    toon_lit: F32  # (M, 3)
+    toon_shade: F32  # (M, 3)
+    absorption: F32  # (M, 3) 1/m
+
+
+@dataclass(frozen=True, slots=True)
 class Materials:
     """M materials: the Principled BSDF's constants. Entry 0 is the default material of objects without one.
 
     emission is colour × strength. emission_sampling: 1 = sampled as a light, 0 = only found by rays.
     emission_sides: 1 = the front of a face emits, 2 = its back, 3 = both; None = both everywhere.
+    models: None where all are Principled and the integrator needs none of their parameters.
     """
 
     base_color: F32  # (M, 3)
@@ -201,6 +237,7 @@ class Materials:
     emission_sides: U32 | None = None  # (M,)
     names: tuple[str, ...] = ()
     textures: MaterialTextures | None = None
+    models: MaterialModels | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -210,6 +247,7 @@ class Lights:
     strength: (L, 3) colour × temperature colour × energy × 2^exposure.
     transform:(L, 3, 4) float32 object-to-world, scale and shear included.
     size:     (L,) radius in metres (point, spot) or angle in radians (sun).
+    falloff and what follows it (light_settings.py): None where all lamps fall off and end as Blender's do.
     """
 
     type: U32  # (L,) LIGHT_*
@@ -226,6 +264,12 @@ class Lights:
     visibility: U32  # (L,)
     light_group: I32  # (L,)
     names: tuple[str, ...] = ()
+    falloff: U32 | None = None  # (L,) FALLOFF_*; a sun's is PHYSICAL
+    range: F32 | None = None  # (L,) metres
+    polynomial: F32 | None = None  # (L, 3) c0, c1, c2
+    spot_edge: U32 | None = None  # (L,) SPOT_EDGE_*; BLENDER for all but spots
+    inner_angle: F32 | None = None  # (L,) radians from the axis, at most outer_angle
+    outer_angle: F32 | None = None  # (L,) radians from the axis
 
 
 @dataclass(frozen=True, slots=True)
@@ -286,7 +330,8 @@ class Camera:
 class RenderSettings:
     """What to render.
 
-    integrator: 'DIRECT' or 'PATH'. max_bounces counts all, the others their kind; DIRECT ignores them.
+    integrator: one of choices.INTEGRATORS. max_bounces counts all, the others their kind; only PATH reads them.
+    ambient_color to outline_object: as in properties.py.
     passes:     native pass names, see PASSES; 'combined' is always there.
     threads:    0 = all.
     measure_tracing: trace every ray a second time, alone, to tell how much of the time is Embree's; for benchmarks.
@@ -306,6 +351,19 @@ class RenderSettings:
     threads: int = 0
     passes: tuple[str, ...] = ('combined',)
     measure_tracing: bool = False
+    ambient_color: tuple[float, float, float] = (1.0, 1.0, 1.0)
+    ambient_strength: float = 0.0
+    use_ambient_occlusion: bool = False
+    ao_distance: float = 10.0
+    whitted_depth: int = 8
+    whitted_threshold: float = 0.003
+    use_transparent_shadows: bool = False
+    toon_outline: bool = True
+    outline_width: float = 0.3
+    outline_color: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    outline_normal: bool = True
+    outline_depth: bool = True
+    outline_object: bool = True
 
 
 # Native pass name -> channels. 'lightgroup:N' (3 channels) is the N-th light group.
