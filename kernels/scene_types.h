@@ -24,7 +24,7 @@ const uint FEATURE_DATA_PASSES = 128u;     // passes beyond Combined are written
 const uint FEATURE_LIGHT_GROUPS = 256u;    // contributions of lights are kept apart
 const uint FEATURE_TRANSPARENCY = 512u;    // a material lets rays through (alpha below 1)
 const uint FEATURE_TEXTURES = 1024u;       // a material reads images
-const uint FEATURE_MODELS = 2048u;         // a material has a reflection model other than Principled
+const uint FEATURE_MODELS = 2048u;         // a material has a model other than Principled; implies FEATURE_SPECULAR
 const uint FEATURE_LIGHT_SHAPES = 4096u;   // a lamp has a falloff or a spot edge other than Blender's
 const uint FEATURE_TERMS = 8192u;          // passes show D, G, F or lamps one by one
 const uint FEATURE_OCCLUSION = 16384u;     // ambient occlusion, as a picture, a pass or an ambient term
@@ -83,6 +83,7 @@ const uint MATERIAL_SHARP = 256u;      // highlights narrower than a lamp may lo
 const uint MATERIAL_MULTI_GGX = 16u;   // microfacet energy is preserved (Blender's "Multiscatter GGX")
 const uint MATERIAL_TEXTURED = 512u;   // an input reads an image
 const uint MATERIAL_MODEL = 1024u;     // its reflection model is not Principled
+const uint MATERIAL_INDEX_SHIFT = 14u;  // above: of a MATERIAL_MODEL, its place in SceneData.models
 
 // One material: Principled BSDF, as far as it is a constant.
 struct Material {
@@ -96,6 +97,67 @@ struct Material {
   float alpha;
   uint flags;             // MATERIAL_*
   int pass_index;
+};
+
+// ---- Reflection models other than Principled, as the user picks them; see kernels/model.h for what each does.
+const uint MODEL_PRINCIPLED = 0u;
+const uint MODEL_LAMBERT = 1u;
+const uint MODEL_OREN_NAYAR = 2u;
+const uint MODEL_PHONG = 3u;
+const uint MODEL_BLINN_PHONG = 4u;
+const uint MODEL_COOK_TORRANCE = 5u;
+const uint MODEL_TOON = 6u;
+
+const uint DISTRIBUTION_GGX = 0u;
+const uint DISTRIBUTION_BECKMANN = 1u;
+const uint DISTRIBUTION_BLINN_PHONG = 2u;
+
+const uint MASKING_SMITH_CORRELATED = 0u;
+const uint MASKING_SMITH = 1u;
+const uint MASKING_COOK_TORRANCE = 2u;
+const uint MASKING_SCHLICK_GGX = 3u;
+
+const uint FRESNEL_SCHLICK = 0u;
+const uint FRESNEL_DIELECTRIC = 1u;
+const uint FRESNEL_CONDUCTOR = 2u;
+const uint FRESNEL_F82 = 3u;
+
+const uint F0_COLOR = 0u;  // MaterialModel.f0
+const uint F0_METALLIC = 1u;  // mix(0.04, base colour, metallic)
+const uint F0_IOR = 2u;  // ((ior - 1) / (ior + 1))^2
+
+const uint SPLIT_ENERGY = 0u;  // (1 - F) (1 - metallic) diffuse + specular
+const uint SPLIT_MIX = 1u;  // mix(diffuse, specular, metallic)
+
+const uint OREN_NAYAR_QUALITATIVE = 0u;
+const uint OREN_NAYAR_ENERGY_PRESERVING = 1u;
+
+// What a material's model has beyond Material. Base colour, roughness, metallic and IOR are there.
+struct MaterialModel {
+  vec3 specular_color;  // Phong, Blinn-Phong
+  float kd;  // factor of the base colour in f, 1/sr: 1 / pi is Lambert's
+  vec3 f0;  // with F0_COLOR
+  float ks;
+  vec3 conductor_n;  // index of refraction, real and imaginary part
+  float shininess;
+  vec3 conductor_k;
+  float oren_nayar_sigma;  // standard deviation of the slopes' angles, radians
+  vec3 f82_tint;  // F at 82 degrees over Schlick's
+  float ka;  // Whitted: ambient
+  vec3 toon_lit;
+  float kr;  // Whitted: mirror reflection
+  vec3 toon_shade;
+  float kt;  // Whitted: refraction
+  vec3 absorption;  // Whitted: inside, 1/m
+  uint toon_steps;
+  uint model;  // MODEL_*
+  uint distribution;  // DISTRIBUTION_*
+  uint masking;  // MASKING_*
+  uint fresnel;  // FRESNEL_*
+  uint f0_mode;  // F0_*
+  uint split;  // SPLIT_*
+  uint normalized;  // 1: the energy-normalised form of Phong or Blinn-Phong
+  uint oren_nayar_form;  // OREN_NAYAR_*
 };
 
 BUFFER_REF(uint, UintBuffer)
@@ -165,6 +227,7 @@ BUFFER_REF(Material, MaterialBuffer)
 BUFFER_REF(Mesh, MeshBuffer)
 BUFFER_REF(Instance, InstanceBuffer)
 BUFFER_REF(Emitter, EmitterBuffer)
+BUFFER_REF(MaterialModel, MaterialModelBuffer)
 
 // The whole scene, as a kernel sees it.
 struct SceneData {
@@ -176,6 +239,7 @@ struct SceneData {
   EmitterBuffer emitters;
   FloatBuffer albedo;  // tables of bsdf_tables.h
   FloatBuffer filter_table;  // inverse CDF of the pixel filter
+  MaterialModelBuffer models;  // [materials]; null where all are Principled and the integrator asks for nothing
   uint light_count;
   uint emitter_count;
   uint instance_count;
@@ -188,7 +252,7 @@ struct SceneData {
 
 #ifdef __cplusplus
 static_assert(sizeof(Light) == 112 && sizeof(Material) == 64 && sizeof(Mesh) == 56 && sizeof(Instance) == 112 &&
-              sizeof(Emitter) == 96 && sizeof(SceneData) == 104);
+              sizeof(Emitter) == 96 && sizeof(SceneData) == 112 && sizeof(MaterialModel) == 160);
 }  // namespace cotorra
 #endif
 

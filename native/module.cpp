@@ -13,6 +13,8 @@
 #include <thread>
 
 #include "features.h"
+#include "python_arrays.h"
+#include "python_models.h"
 #include "scene.h"
 #include "session.h"
 
@@ -21,27 +23,6 @@ using namespace nb::literals;
 
 namespace cotorra {
 namespace {
-
-template <class Scalar>
-using Array = nb::ndarray<const Scalar, nb::c_contig, nb::device::cpu>;
-
-// The array `object.name`, viewed as Ts; its last dimension must fill one T. `keep` holds what the view needs alive.
-template <class T, class Scalar>
-std::span<const T> view(nb::handle object, const char *name, std::vector<nb::object> &keep) {
-  nb::object value = nb::getattr(object, name);
-  if (value.is_none()) return {};
-  Array<Scalar> array;
-  if (!nb::try_cast(value, array, false)) {  // converted, it would be a copy that is gone when the view is read
-    const std::string type = nb::cast<std::string>(nb::repr(nb::getattr(value, "dtype", value.type())));
-    throw std::invalid_argument(std::string(name) + " is not a C-contiguous array of the expected type, but " + type);
-  }
-  constexpr std::size_t components = sizeof(T) / sizeof(Scalar);
-  if (components > 1 && (array.ndim() == 0 || array.shape(array.ndim() - 1) != components)) {
-    throw std::invalid_argument(std::string(name) + " must have " + std::to_string(components) + " columns");
-  }
-  keep.push_back(std::move(value));
-  return {reinterpret_cast<const T *>(array.data()), array.size() / components};
-}
 
 // Owns Python objects from C++ threads: gives them back under the GIL.
 std::shared_ptr<void> python_owner(std::vector<nb::object> objects) {
@@ -110,6 +91,7 @@ SceneInput read_scene(nb::handle buffers, std::vector<nb::object> &keep) {
   in.materials.pass_index = view<int, std::int32_t>(materials, "pass_index", keep);
   in.materials.emission_sampling = view<uint, std::uint32_t>(materials, "emission_sampling", keep);
   in.materials.emission_sides = view<uint, std::uint32_t>(materials, "emission_sides", keep);
+  in.materials.models = read_models(nb::getattr(materials, "models", nb::none()), keep);
   in.material_slots = view<uint, std::uint32_t>(buffers, "material_slots", keep);
 
   const nb::object lights = nb::getattr(buffers, "lights");

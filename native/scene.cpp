@@ -118,6 +118,7 @@ Scene::Scene(SceneInput input, std::shared_ptr<const embree::Library> library, i
   validate(input);
   light_group_count_ = input.light_group_count;
   prepare_materials(input.materials);
+  prepare_models(input.materials.models);
   material_slots_.assign(input.material_slots.begin(), input.material_slots.end());
   prepare_lights(input.lights);
   prepare_instances(input);
@@ -144,7 +145,8 @@ Scene::Scene(SceneInput input, std::shared_ptr<const embree::Library> library, i
     throw;
   }
   stats_.bytes = stats_.bvh_bytes + instances_.size() * sizeof(Instance) + materials_.size() * sizeof(Material) +
-                 emitters_.size() * sizeof(Emitter) + material_slots_.size() * sizeof(uint);
+                 models_.size() * sizeof(MaterialModel) + emitters_.size() * sizeof(Emitter) +
+                 material_slots_.size() * sizeof(uint);
   for (const MeshStorage &s : storage_) stats_.bytes += (s.positions.size() + s.normals.size()) * sizeof(vec3);
 }
 
@@ -407,6 +409,7 @@ void Scene::prepare_features() {
   bool specular = false;
   bool sharp = false;
   bool emissive = false;
+  bool models = false;
   std::vector<bool> used(materials_.size(), false);
   for (const Instance &i : instances_) {
     for (uint s = 0; s < i.material_count; ++s) used[material_slots_[i.material_base + s]] = true;
@@ -417,10 +420,12 @@ void Scene::prepare_features() {
     specular |= (m.flags & MATERIAL_SPECULAR) != 0;
     sharp |= (m.flags & MATERIAL_SHARP) != 0;
     emissive |= (m.flags & MATERIAL_EMISSIVE) != 0;
+    models |= (m.flags & MATERIAL_MODEL) != 0;
   }
   const bool world = max(max(data_.world.x, data_.world.y), data_.world.z) > 0.0f;
   if (soft) features_ |= FEATURE_SOFT_LIGHTS;
-  if (specular) features_ |= FEATURE_SPECULAR;
+  if (models) features_ |= FEATURE_MODELS;
+  if (specular || models) features_ |= FEATURE_SPECULAR;
   if (emissive) features_ |= FEATURE_EMISSIVE_MESHES;
   if (world) features_ |= FEATURE_WORLD;
   const bool world_lights = world && (data_.world_visibility & (VISIBLE_DIFFUSE | VISIBLE_GLOSSY)) != 0;

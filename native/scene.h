@@ -14,6 +14,7 @@
 
 #include "../kernels/scene_types.h"
 #include "embree.h"
+#include "scene_models.h"
 
 namespace cotorra {
 
@@ -60,6 +61,7 @@ struct MaterialsInput {
   std::span<const int> pass_index;
   std::span<const uint> emission_sampling;
   std::span<const uint> emission_sides;  // 1 front, 2 back, 3 both; none: both
+  ModelsInput models;
 };
 
 struct LightsInput {
@@ -89,10 +91,6 @@ struct SceneInput {
   int world_group = -1;
   uint light_group_count = 0;
 };
-
-// Below this roughness a highlight may be narrower than a usual lamp: light sampling alone becomes noisy, and BSDF
-// sampling shares the work, for a ray a sample. Where exactly the two break even was not measured yet.
-constexpr float kSharpRoughness = 0.25f;
 
 struct SceneStats {
   double build_seconds = 0.0;
@@ -135,6 +133,7 @@ class Scene {
  private:
   void validate(const SceneInput &input) const;
   void prepare_materials(const MaterialsInput &input);
+  void prepare_models(const ModelsInput &input);  // after prepare_materials
   void prepare_lights(const LightsInput &input);
   void prepare_instances(const SceneInput &input);
   void prepare_meshes(SceneInput &input);
@@ -162,6 +161,7 @@ class Scene {
   std::vector<Instance> instances_;    // grouped by mesh and visibility, so that each group is one instance array
   std::vector<uint> first_instances_;  // by geometry of the top-level BVH
   std::vector<Material> materials_;
+  std::vector<MaterialModel> models_;
   std::vector<uint> material_slots_;
   std::vector<Light> lights_;
   std::vector<Emitter> emitters_;
