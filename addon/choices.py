@@ -85,6 +85,8 @@ DEMOS = {
     'three_lights': 'thirty twice-subdivided monkeys under a sun, a point and a spot light',
     'box_room': 'a cone, a cube and a sphere in a room under three lights',
     'material_grid': 'spheres over roughness and metallic under three lights',
+    'model_room': 'a furnished room, textured, each piece with a reflection model of its own',
+    'model_pair': 'a copper vase and a tiled block, textured, each with a reflection model of its own',
 }
 
 SAMPLES_MAX = 2**24

@@ -44,7 +44,13 @@ def new_mesh(name: str, shape: bmesh.types.BMesh) -> bpy.types.Mesh:
 def add_mesh(
     scene: bpy.types.Scene, name: str, shape: bmesh.types.BMesh, material: bpy.types.Material
 ) -> bpy.types.Object:
-    mesh = new_mesh(name, shape)
+    return add_shown(scene, name, new_mesh(name, shape), material)
+
+
+def add_shown(
+    scene: bpy.types.Scene, name: str, mesh: bpy.types.Mesh, material: bpy.types.Material
+) -> bpy.types.Object:
+    """An object of a mesh that nothing else shows."""
     mesh.materials.append(material)
     item = bpy.data.objects.new(name, mesh)
     scene.collection.objects.link(item)
