@@ -27,7 +27,8 @@ def parse(arguments: list[str] | None) -> argparse.Namespace:
         'scenes',
         metavar='SCENE',
         nargs='*',
-        help=f'{there},\na .blend file, or `sync` and `instances` (default: the demos; three_lights with --against)',
+        help=f'{there},\na .blend file, or `sync` and `instances` '
+        '(default: the demos without models of our own; three_lights with --against)',
     )
     parser.add_argument('--bounces', type=int, nargs='+', default=[0, 4], help='default: 0 4')
     parser.add_argument('--samples', type=int, default=64, help='most samples (64); half and a quarter too')
@@ -51,7 +52,7 @@ def parse(arguments: list[str] | None) -> argparse.Namespace:
         parser.error('--samples must be 4 or more, --repeat and --threads 1 or more, --bounces 0 or more')
     options.reference_samples = options.reference_samples or 3 * options.samples
     try:
-        names = options.scenes or (['three_lights'] if options.against else scenes.DEMOS)
+        names = options.scenes or (['three_lights'] if options.against else scenes.SAME_IN_CYCLES)
         options.sources = [scenes.find(name) for name in names if name not in synthetic.TESTS]
         options.synthetic = [name for name in names if name in synthetic.TESTS]
     except ValueError as problem:

@@ -278,7 +278,7 @@ def test_three_lights_has_its_triangles_and_lights(engine):
     assert (scene.render.resolution_x, scene.render.resolution_y, scene.render.engine) == (640, 360, 'COTORRA')
 
 
-@pytest.mark.parametrize('name', ['three_lights', 'box_room', 'material_grid'])
+@pytest.mark.parametrize('name', ['three_lights', 'box_room', 'material_grid', 'model_pair', 'model_room'])
 def test_demos_are_the_same_every_time_and_need_no_file(engine, name):
     def content():
         scene = demos.build(name)
@@ -289,7 +289,8 @@ def test_demos_are_the_same_every_time_and_need_no_file(engine, name):
 
     assert content() == content()
     assert sorted(light.type for light in bpy.data.lights) == ['POINT', 'SPOT', 'SUN']
-    assert bpy.context.scene.camera is not None and not bpy.data.images and not bpy.data.libraries
+    assert bpy.context.scene.camera is not None and not bpy.data.libraries
+    assert all(image.packed_file for image in bpy.data.images)
 
 
 def in_render_depsgraph(scene):

@@ -57,17 +57,21 @@ def blend(share: F64, first: Sequence[float], second: Sequence[float]) -> F64:
     return np.asarray(first) + share[..., None] * (np.asarray(second) - np.asarray(first))
 
 
+def joining(number: int) -> F64:
+    """(SIZE, number) weights that join values smoothly along an axis, the last with the first."""
+    place = (np.arange(SIZE) + 0.5) / SIZE * number
+    before = np.floor(place).astype(int)
+    share = smooth(place - before)
+    weights = np.zeros((SIZE, number))
+    weights[np.arange(SIZE), before] = 1.0 - share
+    weights[np.arange(SIZE), (before + 1) % number] += share
+    return weights
+
+
 def noise(columns: int, rows: int, seed: int) -> F64:
     """Value noise from 0 to 1: columns × rows random values, smoothly joined, the last with the first."""
     values = np.random.default_rng(seed).random((rows, columns))
-    u, v = plane()
-    x, y = u * columns, v * rows
-    column, row = np.floor(x).astype(int), np.floor(y).astype(int)
-    s, t = smooth(x - column), smooth(y - row)
-    column_next, row_next = (column + 1) % columns, (row + 1) % rows
-    below = values[row, column] * (1 - s) + values[row, column_next] * s
-    above = values[row_next, column] * (1 - s) + values[row_next, column_next] * s
-    return below * (1 - t) + above * t
+    return joining(rows) @ values @ joining(columns).T
 
 
 def fractal(columns: int, rows: int, seed: int, octaves: int = 5) -> F64:

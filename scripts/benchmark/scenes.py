@@ -16,6 +16,9 @@ from cotorra.choices import DEMOS
 ROOT = Path(__file__).resolve().parent.parent.parent
 OPEN = ROOT.parent / 'shared' / 'scenes' / 'open'
 
+# The demos that mean the same to Cycles: it knows no reflection model but Principled.
+SAME_IN_CYCLES = ('three_lights', 'box_room', 'material_grid')
+
 
 @dataclass(frozen=True, slots=True)
 class SceneSource:
@@ -30,7 +33,7 @@ class SceneSource:
         """Changes when what is rendered may have changed."""
         demos = ROOT / 'addon' / 'demos'
         files = {
-            'demo': [demos / '__init__.py', demos / 'parts.py', demos / f'{self.name}.py'],
+            'demo': sorted(demos.glob('*.py')),
             'blend': [Path(self.path)],
         }.get(self.kind, [])
         if self.kind == 'open':
