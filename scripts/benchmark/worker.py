@@ -119,9 +119,15 @@ class FirstSample:
 
 
 def render(task: dict[str, Any], job: dict[str, Any], first_sample: FirstSample) -> dict[str, Any]:
-    """One render; seconds as a user waits for them (`whole`), on the processors (`cpu`), and its peak of memory."""
+    """One render; seconds as a user waits for them (`whole`), on the processors (`cpu`), and its peak of memory.
+
+    job['settings']: properties of the scene by their paths, such as 'cotorra.integrator'; they stay for later jobs.
+    """
     scene = bpy.context.scene
     fair.set_job(scene, job['samples'], job['seed'], job['output'])
+    for path, value in job.get('settings', {}).items():
+        owner, _, name = path.rpartition('.')
+        setattr(scene.path_resolve(owner), name, value)
     base = memory('VmRSS')
     forget_peak()
     cpu = cpu_seconds()

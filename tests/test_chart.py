@@ -1,0 +1,53 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Each chart can be made, coarse and small, and writes what it says. What the charts show is for people to judge."""
+
+from __future__ import annotations
+
+import csv
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+sys.path.insert(0, str(Path(__file__).resolve().parent.parent / 'scripts'))
+import chart
+
+
+def made(name: str, folder: Path) -> dict[str, list[dict[str, str]]]:
+    """The rows of each table that the quick chart writes, by file name."""
+    assert chart.main([name, '--quick', '-o', str(folder)]) == 0
+    assert (folder / f'{name}.png').stat().st_size > 10_000
+    return {path.stem: list(csv.DictReader(path.open())) for path in folder.glob('*.csv')}
+
+
+def test_misprints(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    rows = made('misprints', tmp_path)['misprints']
+    assert [row['misprint'] for row in rows] == [
+        'Schlick', 'half vector', 'light window', 'Lambert', 'Smith t', 'Sobel', 'Möller-Trumbore', 'recursion',
+    ]  # fmt: skip
+    by_name = {row['misprint']: (float(row['right']), float(row['misprinted'])) for row in rows}
+    # ∫ cos / π = 1 and ∫ cos² / π = 2/3 over the hemisphere, by trapezoids of 64 steps.
+    assert np.allclose(by_name['Lambert'], (1.0, 2.0 / 3.0), rtol=1e-3)
+    # Schlick's mean, cosine-weighted, is F0 + (1 − F0) / 21.
+    assert by_name['Schlick'][0] == pytest.approx(0.04 + 0.96 / 21.0, rel=3e-3)
+    assert 'misprinted' in capsys.readouterr().out
+
+
+def test_bad_name(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as end:
+        chart.main(['misprint'])
+    assert end.value.code == 2
+    assert 'misprints' in capsys.readouterr().err
+
+
+def test_models(tmp_path: Path) -> None:
+    tables = made('models', tmp_path)
+    from charting import models
+
+    assert [row['model'] for row in tables['models-models']] == list(models.MODELS)
+    integrators = {row['integrator']: row for row in tables['models-integrators']}
+    assert all(float(row['ms']) > 0.0 for row in integrators.values())
+    # Two samples a pixel leave the mean of a path-traced frame some percent of noise.
+    assert abs(float(integrators['PATH']['total'])) < 0.1
+    assert float(integrators['DIRECT']['total']) < -0.2
