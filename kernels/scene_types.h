@@ -51,6 +51,7 @@ const uint LIGHT_SOFT_FALLOFF = 1u;  // a disk that faces the shading point; els
 const uint LIGHT_CAST_SHADOW = 2u;
 const uint LIGHT_VISIBLE = 4u;  // rays can meet it
 const uint LIGHT_USE_MIS = 8u;  // bounces meet it too, so light sampling shares the work with them
+const uint LIGHT_SHAPED = 16u;  // its LightShape says how it falls off and ends
 
 // One lamp. World space; radiometric quantities in the scene's linear colour space.
 struct Light {
@@ -70,6 +71,25 @@ struct Light {
   int group;          // light group, -1 = none
   uint max_bounces;   // last bounce that this light lights
   uint name_index;    // position in the exporter's list, for messages
+};
+
+const uint FALLOFF_PHYSICAL = 0u;
+const uint FALLOFF_RANGED = 1u;
+const uint FALLOFF_POLYNOMIAL = 2u;
+const uint SPOT_EDGE_BLENDER = 0u;
+const uint SPOT_EDGE_LINEAR = 1u;   // in the angle
+const uint SPOT_EDGE_SQUARED = 2u;  // the square of a ramp in the cosine
+
+// How a lamp with LIGHT_SHAPED falls off with distance and at the edge of its cone.
+struct LightShape {
+  uint falloff;         // FALLOFF_*
+  uint edge;            // SPOT_EDGE_*
+  float inverse_range;  // 1/m
+  float c0;             // of 1 / (c0 + c1 d + c2 d^2)
+  float c1;
+  float c2;
+  float edge_end;    // outer angle; SPOT_EDGE_SQUARED: 1 - cos of it
+  float edge_scale;  // 1 / (outer - inner) of the same quantity; large for a hard edge
 };
 
 const uint MATERIAL_EMISSIVE = 1u;     // emission is not black
@@ -223,6 +243,7 @@ struct Emitter {
 };
 
 BUFFER_REF(Light, LightBuffer)
+BUFFER_REF(LightShape, LightShapeBuffer)
 BUFFER_REF(Material, MaterialBuffer)
 BUFFER_REF(Mesh, MeshBuffer)
 BUFFER_REF(Instance, InstanceBuffer)
@@ -248,11 +269,13 @@ struct SceneData {
   uint world_visibility;
   float emitter_norm;  // 1 / sum of area x luminance over the emitters
   int world_group;
+  LightShapeBuffer light_shapes;  // one for each lamp; null where no lamp is LIGHT_SHAPED
 };
 
 #ifdef __cplusplus
 static_assert(sizeof(Light) == 112 && sizeof(Material) == 64 && sizeof(Mesh) == 56 && sizeof(Instance) == 112 &&
-              sizeof(Emitter) == 96 && sizeof(SceneData) == 112 && sizeof(MaterialModel) == 160);
+              sizeof(Emitter) == 96 && sizeof(LightShape) == 32 && sizeof(MaterialModel) == 160 &&
+              sizeof(SceneData) == 120);
 }  // namespace cotorra
 #endif
 

@@ -307,6 +307,9 @@ class Renderer {
       return;
     }
     sample_lamp_of(light)(light, b_.shading, b_.u2.data(), b_.v2.data(), lanes, b_.light);
+    if (FEATURE(FEATURE_LIGHT_SHAPES) && (light.flags & LIGHT_SHAPED) != 0u) {
+      shape_lamp(scene_.light_shapes.v[index], light, b_.shading, lanes, b_.light);
+    }
     if (bounce > light.max_bounces) return;
     const uint mask = (light.flags & LIGHT_CAST_SHADOW) != 0u ? VISIBLE_SHADOW : 0u;
     for (std::size_t i = 0; i < static_cast<std::size_t>(lanes); ++i) {

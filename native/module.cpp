@@ -108,6 +108,12 @@ SceneInput read_scene(nb::handle buffers, std::vector<nb::object> &keep) {
   in.lights.max_bounces = view<uint, std::uint32_t>(lights, "max_bounces", keep);
   in.lights.visibility = view<uint, std::uint32_t>(lights, "visibility", keep);
   in.lights.light_group = view<int, std::int32_t>(lights, "light_group", keep);
+  in.lights.falloff = view<uint, std::uint32_t>(lights, "falloff", keep);
+  in.lights.range = view<float, float>(lights, "range", keep);
+  in.lights.polynomial = view<vec3, float>(lights, "polynomial", keep);
+  in.lights.spot_edge = view<uint, std::uint32_t>(lights, "spot_edge", keep);
+  in.lights.inner_angle = view<float, float>(lights, "inner_angle", keep);
+  in.lights.outer_angle = view<float, float>(lights, "outer_angle", keep);
 
   const nb::object world = nb::getattr(buffers, "world");
   const auto color = nb::cast<std::array<float, 3>>(nb::getattr(world, "color"));

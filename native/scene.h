@@ -78,6 +78,13 @@ struct LightsInput {
   std::span<const uint> max_bounces;
   std::span<const uint> visibility;
   std::span<const int> light_group;
+  // What follows may be empty: lamps are then Blender's.
+  std::span<const uint> falloff;
+  std::span<const float> range;
+  std::span<const vec3> polynomial;
+  std::span<const uint> spot_edge;
+  std::span<const float> inner_angle;
+  std::span<const float> outer_angle;
 };
 
 struct SceneInput {
@@ -103,6 +110,9 @@ struct SceneStats {
 // Radiometry and geometry of one lamp from Blender's units (see blender-facts in the project's notes, measured on
 // Cycles).
 Light light_from_blender(const LightsInput &lights, std::size_t index);
+// How the lamp falls off and ends; marks `light` with LIGHT_SHAPED where that is not Blender's way.
+LightShape shape_light(const LightsInput &lights, std::size_t index, Light &light);
+void validate_light_shapes(const LightsInput &lights);
 
 class Scene {
  public:
@@ -164,6 +174,7 @@ class Scene {
   std::vector<MaterialModel> models_;
   std::vector<uint> material_slots_;
   std::vector<Light> lights_;
+  std::vector<LightShape> light_shapes_;  // empty where no lamp is LIGHT_SHAPED
   std::vector<Emitter> emitters_;
   SceneData data_{};
   SceneStats stats_;

@@ -67,7 +67,7 @@ def export_scene(
     shown, shape_of = _members(walk.group_of, shape_of_group)
     lit, lamp_of = _members(walk.group_of, lamp_of_group)
     objects = shapes.instance_arrays(found, meshes, shape_of, walk.transforms[shown], table, log)
-    surfaces, slots = materials.material_arrays(table)
+    surfaces, slots = materials.material_arrays(table, engine_scene)
     return SceneBuffers(
         meshes=tuple(meshes.arrays),
         instances=objects,

@@ -21,8 +21,6 @@ VISIBLE_CAMERA, VISIBLE_DIFFUSE, VISIBLE_GLOSSY = 1, 2, 4
 VISIBLE_TRANSMISSION, VISIBLE_VOLUME, VISIBLE_SHADOW = 8, 16, 32
 
 LIGHT_POINT, LIGHT_SUN, LIGHT_SPOT = 0, 1, 2
-FALLOFF_PHYSICAL, FALLOFF_RANGED, FALLOFF_POLYNOMIAL = 0, 1, 2
-SPOT_EDGE_BLENDER, SPOT_EDGE_LINEAR, SPOT_EDGE_SQUARED = 0, 1, 2
 
 # Inputs of a material that may read an image: columns of `MaterialTextures.inputs` (TEXTURED_* in the kernels).
 TEXTURED_INPUTS = (
@@ -264,10 +262,10 @@ class Lights:
     visibility: U32  # (L,)
     light_group: I32  # (L,)
     names: tuple[str, ...] = ()
-    falloff: U32 | None = None  # (L,) FALLOFF_*; a sun's is PHYSICAL
+    falloff: U32 | None = None  # (L,) counts choices.FALLOFFS; a sun's is PHYSICAL
     range: F32 | None = None  # (L,) metres
     polynomial: F32 | None = None  # (L, 3) c0, c1, c2
-    spot_edge: U32 | None = None  # (L,) SPOT_EDGE_*; BLENDER for all but spots
+    spot_edge: U32 | None = None  # (L,) counts choices.SPOT_EDGES; BLENDER for all but spots
     inner_angle: F32 | None = None  # (L,) radians from the axis, at most outer_angle
     outer_angle: F32 | None = None  # (L,) radians from the axis
 

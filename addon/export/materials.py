@@ -16,6 +16,7 @@ from .. import compat
 from ..log import Log
 from .buffers import U32, Materials
 from .closures import BLACK, Bsdf, Color, diffuse, principled
+from .models import model_arrays
 from .nodes import Trees, node_inputs, output_node
 from .surface import Reader, read_closure, warn_missing_images
 
@@ -43,6 +44,7 @@ class MaterialTable:
     trees: Trees
     rows: list[Row] = field(default_factory=lambda: [Row(DEFAULT_NAME)])
     slots: list[int] = field(default_factory=list)
+    owners: list[bpy.types.Material | None] = field(default_factory=lambda: [None])
     _index: dict[bpy.types.Material, int] = field(default_factory=dict)
     _runs: dict[tuple[int, ...], int] = field(default_factory=dict)
 
@@ -54,6 +56,7 @@ class MaterialTable:
         if index is None:
             index = self._index[material] = len(self.rows)
             self.rows.append(_read(material, self.trees, self.log))
+            self.owners.append(material)
         return index
 
     def run(self, indices: tuple[int, ...]) -> int:
@@ -79,8 +82,8 @@ def slot_materials(
     return materials or [None]
 
 
-def material_arrays(table: MaterialTable) -> tuple[Materials, U32]:
-    """The table as arrays: the materials, and `material_slots`."""
+def material_arrays(table: MaterialTable, scene: bpy.types.Scene) -> tuple[Materials, U32]:
+    """The table as arrays: the materials, and `material_slots`. The scene is the evaluated one."""
     rows = table.rows
     bsdfs = [row.bsdf for row in rows]
     floats = {
@@ -103,6 +106,7 @@ def material_arrays(table: MaterialTable) -> tuple[Materials, U32]:
         emission_sampling=np.array([row.emission_sampling for row in rows], np.uint32),
         emission_sides=np.array([row.emission_sides for row in rows], np.uint32),
         names=tuple(row.name for row in rows),
+        models=model_arrays(table.owners, scene, table.log),
     )
     return materials, np.array(table.slots, np.uint32)
 
