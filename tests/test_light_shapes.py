@@ -7,7 +7,6 @@ Lamps that fall off as Blender's do are compared with Cycles elsewhere.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -184,10 +183,11 @@ def test_a_lamp_that_the_camera_sees_is_dimmed_alike(scene, tmp_path):
     scene.cycles.filter_width = 0.01
     obj = lamp(scene, 'POINT', {'falloff': 'RANGED', 'range': 60.0}, shadow_soft_size=0.5, use_soft_falloff=False)
     obj.location = (0.0, 0.0, 20.0)
+    obj.visible_camera = True
     found, plain, _ = with_and_without(scene, obj, tmp_path)
     middle = (24, 24)
     assert plain[middle] > 1.0
-    assert found[middle] / plain[middle] == pytest.approx(1.0 - (30.0 / 60.0) ** 4, rel=2e-3)
+    assert found[middle] / plain[middle] == pytest.approx(1.0 - (30.0 / 60.0) ** 4, rel=1e-4)
 
 
 def test_sharp_gloss_gets_the_same_light_by_rays_as_by_sampling(scene, tmp_path):
@@ -195,15 +195,15 @@ def test_sharp_gloss_gets_the_same_light_by_rays_as_by_sampling(scene, tmp_path)
     shape = {'falloff': 'RANGED', 'range': 2.5, 'spot_edge': 'LINEAR', 'inner_angle': 0.3, 'outer_angle': 0.6}
     obj = lamp(scene, 'SPOT', shape, shadow_soft_size=0.3)
     obj.location = (0.0, 0.0, 1.5)
-    mirror = build.material('Gloss', Metallic=1.0, Roughness=0.15)
+    mirror = build.material('Gloss', Metallic=1.0, Roughness=0.2)
     bpy.data.objects['Plane'].data.materials[0] = mirror
-    scene.cotorra.integrator, scene.cotorra.samples = 'PATH', 64
+    scene.cotorra.integrator, scene.cotorra.samples = 'PATH', 1024
     shared, _ = rendered(scene, tmp_path)
     assert 'light found by bounces' in stats.last(scene.name)[-1].features
     obj.data.cycles.use_multiple_importance_sampling = False
     sampled, _ = rendered(scene, tmp_path)
-    # Two estimates over 2304 pixels; the noise of either mean is below 0.5 %.
-    assert shared.mean() > 0.01 and shared.mean() == pytest.approx(sampled.mean(), rel=0.01)
+    # The two means were 0.007 % apart, and 0.7 % with a quarter of the samples.
+    assert shared.mean() > 0.01 and shared.mean() == pytest.approx(sampled.mean(), rel=0.005)
 
 
 def test_many_lamps_of_all_shapes_are_picked_without_bias(scene, tmp_path):
@@ -320,11 +320,7 @@ def test_the_misprinted_window_makes_light_of_distance(scene, tmp_path):
     assert misprinted.mean() > 5.0 * found.mean()
 
 
-def shaped(names: Callable[[str], bool]) -> set[str]:
-    return {name for name in stats.last(bpy.context.scene.name)[-1].features if names(name)}
-
-
 def test_lamps_of_blenders_own_shape_cost_nothing(scene, tmp_path):
     lamp(scene, 'POINT', {}).location = (0.0, 0.0, 1.5)
     rendered(scene, tmp_path)
-    assert not shaped(lambda name: name == 'light shapes')
+    assert 'light shapes' not in stats.last(scene.name)[-1].features
