@@ -242,8 +242,25 @@ struct Emitter {
   uint unused;
 };
 
+// What Whitted, Toon and the ambient term read of a material beside its BSDF.
+const uint CLASSIC_TOON = 1u;  // toon_lit and toon_shade hold; else they come from the base colour
+
+struct ClassicMaterial {
+  vec3 absorption;  // inside, 1/m
+  float transmission;  // Principled: share of what is no metal that is clear glass
+  vec3 toon_lit;
+  uint toon_steps;
+  vec3 toon_shade;
+  float ka;  // Whitted's constants: ambient, reflected and transmitted light (the last two not for Principled)
+  float kr;
+  float kt;
+  uint flags;  // CLASSIC_*
+  uint unused;
+};
+
 BUFFER_REF(Light, LightBuffer)
 BUFFER_REF(LightShape, LightShapeBuffer)
+BUFFER_REF(ClassicMaterial, ClassicBuffer)
 BUFFER_REF(Material, MaterialBuffer)
 BUFFER_REF(Mesh, MeshBuffer)
 BUFFER_REF(Instance, InstanceBuffer)
@@ -261,6 +278,7 @@ struct SceneData {
   FloatBuffer albedo;  // tables of bsdf_tables.h
   FloatBuffer filter_table;  // inverse CDF of the pixel filter
   MaterialModelBuffer models;  // [materials]; null where all are Principled and the integrator asks for nothing
+  ClassicBuffer classic;  // by material
   uint light_count;
   uint emitter_count;
   uint instance_count;
@@ -275,7 +293,7 @@ struct SceneData {
 #ifdef __cplusplus
 static_assert(sizeof(Light) == 112 && sizeof(Material) == 64 && sizeof(Mesh) == 56 && sizeof(Instance) == 112 &&
               sizeof(Emitter) == 96 && sizeof(LightShape) == 32 && sizeof(MaterialModel) == 160 &&
-              sizeof(SceneData) == 120);
+              sizeof(ClassicMaterial) == 64 && sizeof(SceneData) == 128);
 }  // namespace cotorra
 #endif
 

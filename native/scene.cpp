@@ -119,6 +119,7 @@ Scene::Scene(SceneInput input, std::shared_ptr<const embree::Library> library, i
   light_group_count_ = input.light_group_count;
   prepare_materials(input.materials);
   prepare_models(input.materials.models);
+  prepare_classic(input.materials);
   material_slots_.assign(input.material_slots.begin(), input.material_slots.end());
   prepare_lights(input.lights);
   prepare_instances(input);
@@ -146,8 +147,8 @@ Scene::Scene(SceneInput input, std::shared_ptr<const embree::Library> library, i
     throw;
   }
   stats_.bytes = stats_.bvh_bytes + instances_.size() * sizeof(Instance) + materials_.size() * sizeof(Material) +
-                 models_.size() * sizeof(MaterialModel) + emitters_.size() * sizeof(Emitter) +
-                 material_slots_.size() * sizeof(uint);
+                 models_.size() * sizeof(MaterialModel) + classic_.size() * sizeof(ClassicMaterial) +
+                 emitters_.size() * sizeof(Emitter) + material_slots_.size() * sizeof(uint);
   for (const MeshStorage &s : storage_) stats_.bytes += (s.positions.size() + s.normals.size()) * sizeof(vec3);
 }
 

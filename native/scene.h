@@ -62,6 +62,7 @@ struct MaterialsInput {
   std::span<const uint> emission_sampling;
   std::span<const uint> emission_sides;  // 1 front, 2 back, 3 both; none: both
   ModelsInput models;
+  std::span<const float> transmission;  // none: 0
 };
 
 struct LightsInput {
@@ -144,6 +145,7 @@ class Scene {
   void validate(const SceneInput &input) const;
   void prepare_materials(const MaterialsInput &input);
   void prepare_models(const ModelsInput &input);  // after prepare_materials
+  void prepare_classic(const MaterialsInput &input);
   void prepare_lights(const LightsInput &input);
   void prepare_instances(const SceneInput &input);
   void prepare_meshes(SceneInput &input);
@@ -172,6 +174,7 @@ class Scene {
   std::vector<uint> first_instances_;  // by geometry of the top-level BVH
   std::vector<Material> materials_;
   std::vector<MaterialModel> models_;
+  std::vector<ClassicMaterial> classic_;
   std::vector<uint> material_slots_;
   std::vector<Light> lights_;
   std::vector<LightShape> light_shapes_;  // empty where no lamp is LIGHT_SHAPED

@@ -230,6 +230,7 @@ def scene() -> Scene:
             'meshes': meshes,
             'instances': instances,
             'emitters': emitters,
+            'classic': np.zeros(MATERIALS, dtype_of('ClassicMaterial')),
             'albedo': rng.uniform(0.4, 1.0, known['ALBEDO_SIZE']).astype(np.float32),
             'filter_table': np.sort(rng.uniform(-1.0, 1.0, known['FILTER_TABLE_SIZE'])).astype(np.float32),
         },

@@ -218,6 +218,7 @@ class Materials:
 
     emission is colour × strength. emission_sampling: 1 = sampled as a light, 0 = only found by rays.
     emission_sides: 1 = the front of a face emits, 2 = its back, 3 = both; None = both everywhere.
+    transmission: share of the light that is clear glass's; only WHITTED reads it. None = 0 everywhere.
     models: None where all are Principled and the integrator needs none of their parameters.
     """
 
@@ -236,6 +237,7 @@ class Materials:
     names: tuple[str, ...] = ()
     textures: MaterialTextures | None = None
     models: MaterialModels | None = None
+    transmission: F32 | None = None  # (M,)
 
 
 @dataclass(frozen=True, slots=True)
@@ -377,5 +379,6 @@ PASSES = {
     'emission': 3,
     'environment': 3,
     'shadow': 3,
+    'ao': 3,
     'sample_count': 1,
 }
