@@ -15,7 +15,6 @@ PASS_NAMES_4 = {
     'Diffuse Color': 'DiffCol',
     'Emission': 'Emit',
     'Environment': 'Env',
-    'Ambient Occlusion': 'AO',
 }
 
 

@@ -24,7 +24,6 @@ NAMES_4 = {
     'Diffuse Color': 'DiffCol',
     'Emission': 'Emit',
     'Environment': 'Env',
-    'Ambient Occlusion': 'AO',
 }
 
 

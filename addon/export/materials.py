@@ -14,13 +14,17 @@ import numpy as np
 
 from .. import compat
 from ..log import Log
-from .buffers import U32, Materials
-from .closures import BLACK, Bsdf, Color, diffuse, principled
-from .models import model_arrays
+from .buffers import TEXTURED_INPUTS, U32, Materials, MaterialTextures
+from .closures import Bsdf, diffuse, principled
+from .images import ImageTable
+from .layers import Layers
 from .nodes import Trees, node_inputs, output_node
 from .surface import Reader, read_closure, warn_missing_images
+from .textures import BLACK, Color, NormalMap, Texture, constant, slot_array
 
 DEFAULT_NAME = 'default material'
+COLORS = ('base_color', 'specular_tint', 'emission')
+NO_NORMAL_MAP = NormalMap(constant(0.0))
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,11 +33,18 @@ class Row:
 
     name: str
     bsdf: Bsdf = field(default_factory=Bsdf)
-    emission: Color = BLACK
-    alpha: float = 1.0
+    emission: Color | Texture = BLACK
+    alpha: float | Texture = 1.0
     pass_index: int = 0
     emission_sampling: bool = True
     emission_sides: int = 3
+
+    def textures(self) -> dict[str, Texture]:
+        """Those of TEXTURED_INPUTS that vary."""
+        normal = self.bsdf.normal
+        found = {'emission': self.emission, 'alpha': self.alpha, 'normal': normal.texture if normal else None}
+        values = {name: found[name] if name in found else getattr(self.bsdf, name) for name in TEXTURED_INPUTS}
+        return {name: value for name, value in values.items() if isinstance(value, Texture)}
 
 
 @dataclass(slots=True)
@@ -42,9 +53,9 @@ class MaterialTable:
 
     log: Log
     trees: Trees
+    images: ImageTable
     rows: list[Row] = field(default_factory=lambda: [Row(DEFAULT_NAME)])
     slots: list[int] = field(default_factory=list)
-    owners: list[bpy.types.Material | None] = field(default_factory=lambda: [None])
     _index: dict[bpy.types.Material, int] = field(default_factory=dict)
     _runs: dict[tuple[int, ...], int] = field(default_factory=dict)
 
@@ -55,8 +66,7 @@ class MaterialTable:
         index = self._index.get(material)
         if index is None:
             index = self._index[material] = len(self.rows)
-            self.rows.append(_read(material, self.trees, self.log))
-            self.owners.append(material)
+            self.rows.append(_read(material, self))
         return index
 
     def run(self, indices: tuple[int, ...]) -> int:
@@ -82,8 +92,8 @@ def slot_materials(
     return materials or [None]
 
 
-def material_arrays(table: MaterialTable, scene: bpy.types.Scene) -> tuple[Materials, U32]:
-    """The table as arrays: the materials, and `material_slots`. The scene is the evaluated one."""
+def material_arrays(table: MaterialTable, layers: Layers) -> tuple[Materials, U32]:
+    """The table as arrays: the materials, and `material_slots`."""
     rows = table.rows
     bsdfs = [row.bsdf for row in rows]
     floats = {
@@ -96,7 +106,9 @@ def material_arrays(table: MaterialTable, scene: bpy.types.Scene) -> tuple[Mater
         'emission': [row.emission for row in rows],
         'alpha': [row.alpha for row in rows],
     }
-    arrays = {name: np.array(values, np.float32) for name, values in floats.items()}
+    arrays = {
+        name: np.array([_typical(value, name) for value in values], np.float32) for name, values in floats.items()
+    }
     for name, values in arrays.items():
         _replace_not_finite(name, values, rows, table.log)
     materials = Materials(
@@ -106,30 +118,59 @@ def material_arrays(table: MaterialTable, scene: bpy.types.Scene) -> tuple[Mater
         emission_sampling=np.array([row.emission_sampling for row in rows], np.uint32),
         emission_sides=np.array([row.emission_sides for row in rows], np.uint32),
         names=tuple(row.name for row in rows),
-        models=model_arrays(table.owners, scene, table.log),
+        textures=texture_arrays(rows, layers),
     )
     return materials, np.array(table.slots, np.uint32)
 
 
-def _read(material: bpy.types.Material, trees: Trees, log: Log) -> Row:
+def texture_arrays(rows: list[Row], layers: Layers) -> MaterialTextures | None:
+    """The images that materials read; each lookup once. None where there are none."""
+    index: dict[Texture, int] = {}
+    inputs = np.full((len(rows), len(TEXTURED_INPUTS)), -1, np.int32)
+    for row, columns in zip(rows, inputs, strict=True):
+        for name, texture in row.textures().items():
+            columns[TEXTURED_INPUTS.index(name)] = index.setdefault(layers.resolved(texture), len(index))
+    if not index:
+        return None
+    normals = [row.bsdf.normal or NO_NORMAL_MAP for row in rows]
+    return MaterialTextures(
+        slots=slot_array(index, layers.uv_layers),
+        inputs=inputs,
+        normal_strength=np.array([normal.strength for normal in normals], np.float32),
+        normal_tangent=np.array([layers.tangent(row.bsdf.normal) for row in rows], np.uint32),
+        normal_space=np.array([normal.space for normal in normals], np.uint32),
+    )
+
+
+def _typical(value: Color | float | Texture, name: str) -> Color | float:
+    """What stands for a texture among the constants, so that they tell which lobes there can be."""
+    if not isinstance(value, Texture):
+        return value
+    typical = value.typical()
+    return typical if name in COLORS else typical[0]
+
+
+def _read(material: bpy.types.Material, table: MaterialTable) -> Row:
     def warn(text: str) -> None:
-        log.warning(f'Material "{material.name}": {text}')
+        table.log.warning(f'Material "{material.name}": {text}')
 
     tree = compat.node_tree(material)
     if tree is None:
         # As Cycles: the colour of the viewport, diffuse.
         bsdf, emission, alpha, sides = diffuse(tuple(material.diffuse_color)[:3]), BLACK, 1.0, 3
     else:
-        bsdf, emission, alpha, sides = _read_tree(tree, trees, warn)
+        bsdf, emission, alpha, sides = _read_tree(tree, table, warn)
     settings = getattr(material, 'cycles', None)  # absent where the Cycles add-on is disabled
     sampled = getattr(settings, 'emission_sampling', 'AUTO') != 'NONE'
     return Row(material.name, bsdf, emission, alpha, material.pass_index, sampled, sides)
 
 
-def _read_tree(tree: bpy.types.NodeTree, trees: Trees, warn: Callable[[str], None]) -> tuple[Bsdf, Color, float, int]:
+def _read_tree(
+    tree: bpy.types.NodeTree, table: MaterialTable, warn: Callable[[str], None]
+) -> tuple[Bsdf, Color | Texture, float | Texture, int]:
     output = output_node(tree)
     inputs = node_inputs(output) if output is not None else {}
-    reader = Reader(trees, warn)
+    reader = Reader(table.trees, warn, images=table.images)
     front = principled(read_closure(reader, inputs.get('Surface')), warn)
     for name in ('Volume', 'Displacement'):
         reader.leave_out_linked(inputs, name)
@@ -138,7 +179,9 @@ def _read_tree(tree: bpy.types.NodeTree, trees: Trees, warn: Callable[[str], Non
     if not reader.asks_side:
         return *front, 3
     # A mix by Backfacing, as one-sided emitters are made: where only the emission differs, it gets its sides.
-    back = principled(read_closure(Reader(trees, _silent, back=1.0), inputs['Surface']), _silent)
+    back = principled(
+        read_closure(Reader(table.trees, _silent, back=1.0, images=table.images), inputs['Surface']), _silent
+    )
     if front[1] == back[1]:
         sides, emission = 3, front[1]
     elif back[1] == BLACK:

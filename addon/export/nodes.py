@@ -10,10 +10,7 @@ from dataclasses import dataclass
 
 import bpy
 
-from .closures import Color
-
-# Luminance of linear Rec.709, Blender's default working space: what a colour is where a number is asked for.
-LUMINANCE = (0.2126390, 0.7151687, 0.0721923)
+from .textures import LUMINANCE, Color
 
 
 @dataclass(frozen=True, slots=True)
@@ -93,16 +90,6 @@ def source(trees: Trees, target: Input) -> Source | Input:
             target = Input(outside, target.groups[:-1])
         else:
             return Source(node, output, target.groups)
-
-
-def constant(trees: Trees, target: Input) -> Color | float | bool | Source:
-    """The constant that `target` takes, or the node that keeps it from being one."""
-    found = source(trees, target)
-    if isinstance(found, Input):
-        return own_value(found.socket)
-    if found.node.type in ('RGB', 'VALUE'):
-        return own_value(found.node.outputs[0])
-    return found
 
 
 def as_color(value: Color | float | bool) -> Color:

@@ -16,6 +16,7 @@ from ..log import Log
 from . import geometry
 from .buffers import F32, I32, Instances, Mesh
 from .instances import Group
+from .layers import Layers
 from .materials import MaterialTable, slot_materials
 
 
@@ -55,7 +56,7 @@ def read_shape(
     )
 
 
-def read_meshes(shapes: list[Shape], log: Log) -> Meshes:
+def read_meshes(shapes: list[Shape], layers: Layers, log: Log) -> Meshes:
     """Each mesh once, however many objects and instances show it."""
     slot_counts: dict[bpy.types.Mesh, int] = {}
     for shape in shapes:
@@ -65,7 +66,7 @@ def read_meshes(shapes: list[Shape], log: Log) -> Meshes:
         if shape.data in meshes.index:
             continue
         log.checkpoint()
-        arrays = _read(shape, slot_counts[shape.data], log)
+        arrays = _read(shape, slot_counts[shape.data], layers, log)
         meshes.index[shape.data] = len(meshes.arrays) if arrays is not None else -1
         if arrays is not None:
             meshes.arrays.append(arrays)
@@ -106,13 +107,14 @@ def instance_arrays(
     )
 
 
-def _read(shape: Shape, slot_count: int, log: Log) -> Mesh | None:
+def _read(shape: Shape, slot_count: int, layers: Layers, log: Log) -> Mesh | None:
+    needs = layers.needs[shape.data]
     if not (shape.data.is_editmode and shape.data == shape.obj.data):
-        return geometry.read_mesh(shape.data, shape.obj.name, slot_count, log)
+        return geometry.read_mesh(shape.data, shape.obj.name, slot_count, layers, needs, log)
     # The arrays of a mesh in edit mode are those from before: ask for a copy of what is being edited.
     copy = shape.obj.to_mesh()
     try:
-        return geometry.read_mesh(copy, shape.obj.name, slot_count, log)
+        return geometry.read_mesh(copy, shape.obj.name, slot_count, layers, needs, log)
     finally:
         shape.obj.to_mesh_clear()
 

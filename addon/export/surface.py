@@ -1,22 +1,23 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Reads shader nodes as closures: Principled, Diffuse, Metallic, Glossy, Emission, Background, Transparent, Mix, Add.
 
-Only constants are read. What cannot be rendered is reported with its material, and something sensible stands in for it.
+Inputs are constants or images (texture_nodes.py). What cannot be rendered is reported with its material, and something
+sensible stands in for it.
 """
 
 from __future__ import annotations
 
 import os
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import bpy
 
-from .closures import BLACK, WHITE, Bsdf, Closure, Color, add, diffuse, scale
-from .nodes import Input, Source, Trees, as_color, as_float, constant, own_value, source
-
-# What Cycles shows where an image file cannot be read.
-MISSING_IMAGE = (1.0, 0.0, 1.0)
+from .closures import Bsdf, Closure, add, diffuse, mask, scale
+from .images import ImageTable, image_path
+from .nodes import Input, Source, Trees, as_color, as_float, own_value, source
+from .texture_nodes import MISSING_IMAGE, TextureReader, UnreadError, read_normal
+from .textures import BLACK, WHITE, Color, NormalMap, Texture, affine, constant, multiply
 
 # F82 metals state their edge tint at 82°, where cos θ = 1/7; this is Schlick's (1 - cos θ)^5 there.
 F82_SCHLICK = (6.0 / 7.0) ** 5
@@ -39,6 +40,7 @@ class Reader:
     """Reads one owner's tree (a material, light or world) and gathers what it cannot render, for one message an owner.
 
     back:      1 to read a surface as its back faces show it, 0 as its front faces do (Backfacing of node Geometry).
+    images:    where images go that inputs read; None where constants alone will do.
     asks_side: whether the tree asked for that.
     left_out:  such as 'Transmission Weight'.
     unread:    such as 'Roughness (node "Noise Texture", 0.5 is used)'.
@@ -47,32 +49,71 @@ class Reader:
     trees: Trees
     warn: Callable[[str], None]
     back: float = 0.0
+    images: ImageTable | None = None
     asks_side: bool = False
     left_out: list[str] = field(default_factory=list)
     unread: list[str] = field(default_factory=list)
 
+    @property
+    def textures(self) -> TextureReader:
+        return TextureReader(self.trees, self.images, self.warn)
+
+    def number_map(self, target: Input) -> float | Texture:
+        """A number, which may vary with an image; where it is not understood, the socket's own value."""
+        try:
+            value = self.textures.value(target)
+        except UnreadError as unread:
+            node, output = unread.source.node, unread.source.output
+            if node.type == 'NEW_GEOMETRY' and output.name == 'Backfacing':
+                self.asks_side = True
+                return self.back
+            return self._own_number(target, node)
+        return value.offset[0] if value.lookup is None else value
+
     def number(self, target: Input) -> float:
-        value = constant(self.trees, target)
-        if not isinstance(value, Source):
-            return as_float(value)
-        if value.node.type == 'NEW_GEOMETRY' and value.output.name == 'Backfacing':
-            self.asks_side = True
-            return self.back
+        """A number where no image can be used."""
+        value = self.number_map(target)
+        if isinstance(value, Texture):
+            return self._own_number(target, source(self.trees, target).node)
+        return value
+
+    def color_map(self, target: Input, unread: Color | None = None) -> Color | Texture:
+        """A colour, which may vary with an image; where it is not understood, `unread`, or the socket's own value."""
+        try:
+            value = self.textures.value(target)
+        except UnreadError as found:
+            return self._own_color(target, found.source.node, unread)
+        return value.offset if value.lookup is None else value
+
+    def color(self, target: Input) -> Color:
+        """A colour where no image can be used."""
+        value = self.color_map(target)
+        if isinstance(value, Texture):
+            return self._own_color(target, source(self.trees, target).node, None)
+        return value
+
+    def normal_map(self, inputs: dict[str, Input], name: str = 'Normal') -> NormalMap | None:
+        """The normal map at an input; what bends the normal otherwise is left out."""
+        if name not in inputs:
+            return None
+        try:
+            return read_normal(self.textures, inputs[name])
+        except UnreadError as unread:
+            self.left_out.append(name)
+            return self.normal_map(unread.source.inputs()) if unread.source.node.type == 'BUMP' else None
+
+    def _own_number(self, target: Input, node: bpy.types.Node) -> float:
         own = as_float(own_value(target.socket))
-        self.unread.append(f'{target.socket.name} (node "{value.node.name}", {own:.3g} is used)')
+        self.unread.append(f'{target.socket.name} (node "{node.name}", {own:.3g} is used)')
         return own
 
-    def color(self, target: Input, unread: Color | None = None) -> Color:
-        """A colour; where it is no constant, `unread`, or the socket's own value if that is None."""
-        value = constant(self.trees, target)
-        if not isinstance(value, Source):
-            return as_color(value)
-        if value.node.type in ('TEX_IMAGE', 'TEX_ENVIRONMENT') and image_problem(value.node.image):
+    def _own_color(self, target: Input, node: bpy.types.Node, unread: Color | None) -> Color:
+        if node.type in ('TEX_IMAGE', 'TEX_ENVIRONMENT') and image_problem(node.image):
             own = MISSING_IMAGE
         else:
             own = unread if unread is not None else as_color(own_value(target.socket))
         shown = ' '.join(f'{part:.3g}' for part in own)
-        self.unread.append(f'{target.socket.name} (node "{value.node.name}", {shown} is used)')
+        self.unread.append(f'{target.socket.name} (node "{node.name}", {shown} is used)')
         return own
 
     def leave_out(self, inputs: dict[str, Input], *names: str) -> None:
@@ -80,8 +121,11 @@ class Reader:
         for name in names:
             if name not in inputs:  # 4.5 has fewer
                 continue
-            value = constant(self.trees, inputs[name])
-            if isinstance(value, Source) or as_float(value) != 0.0:
+            try:
+                value = self.textures.value(inputs[name])
+            except UnreadError:
+                value = None
+            if value is None or value.lookup is not None or value.offset[0] != 0.0:
                 self.left_out.append(name)
 
     def leave_out_linked(self, inputs: dict[str, Input], name: str) -> None:
@@ -104,8 +148,7 @@ def image_problem(image: bpy.types.Image | None) -> str | None:
         return 'no image is chosen'
     if image.source != 'FILE' or image.packed_file is not None:
         return None
-    path = bpy.path.abspath(image.filepath, library=image.library)
-    return None if os.path.isfile(path) else f'image "{image.name}" has no file at "{image.filepath}"'
+    return None if os.path.isfile(image_path(image)) else f'image "{image.name}" has no file at "{image.filepath}"'
 
 
 def warn_missing_images(tree: bpy.types.NodeTree, warn: Callable[[str], None]) -> None:
@@ -133,70 +176,84 @@ def read_closure(reader: Reader, target: Input | None) -> Closure:
 
 
 def _principled(reader: Reader, node: Source, inputs: dict[str, Input]) -> Closure:
-    alpha = _saturate(reader.number(inputs['Alpha']))
+    alpha = _saturate(reader.number_map(inputs['Alpha']))
     bsdf = Bsdf(
-        base_color=_not_negative(reader.color(inputs['Base Color'])),
-        metallic=_saturate(reader.number(inputs['Metallic'])),
-        roughness=_saturate(reader.number(inputs['Roughness'])),
-        ior=max(reader.number(inputs['IOR']), 1e-5),
-        specular_level=max(reader.number(inputs['Specular IOR Level']), 0.0),
-        specular_tint=_not_negative(reader.color(inputs['Specular Tint'])),
+        base_color=_not_negative(reader.color_map(inputs['Base Color'])),
+        metallic=_saturate(reader.number_map(inputs['Metallic'])),
+        roughness=_saturate(reader.number_map(inputs['Roughness'])),
+        ior=_at_least(reader.number_map(inputs['IOR']), 1e-5),
+        specular_level=_at_least(reader.number_map(inputs['Specular IOR Level']), 0.0),
+        specular_tint=_not_negative(reader.color_map(inputs['Specular Tint'])),
         multi_ggx=node.node.distribution == 'MULTI_GGX',
+        normal=reader.normal_map(inputs),
     )
-    strength = reader.number(inputs['Emission Strength'])
-    emission = BLACK
-    if strength != 0.0:
-        # A texture that lights parts of a surface must not make all of it shine.
-        emission = tuple(part * strength for part in reader.color(inputs['Emission Color'], unread=BLACK))
+    emission = _emitted(reader, inputs['Emission Color'], inputs['Emission Strength'], unread=BLACK)
     reader.leave_out(inputs, *PRINCIPLED_LEFT_OUT)
-    reader.leave_out_linked(inputs, 'Normal')
-    return Closure(1.0 - alpha, tuple(part * alpha for part in emission), alpha, bsdf)
+    shown = Closure(0.0, emission, 1.0, bsdf)
+    if isinstance(alpha, Texture):
+        return replace(shown, cover=alpha)
+    return replace(scale(shown, alpha), transparency=1.0 - alpha)
+
+
+def _emitted(reader: Reader, color: Input, strength: Input, unread: Color | None = None) -> Color | Texture:
+    """Colour × strength, of which one may be a texture. unread: see `Reader.color_map`."""
+    factor = reader.number_map(strength)
+    if factor == 0.0:
+        return BLACK
+    shown = reader.color_map(color, unread)
+    if isinstance(factor, Texture) and isinstance(shown, Texture):
+        factor = reader.number(strength)
+    values = (value if isinstance(value, Texture) else constant(value) for value in (factor, shown))
+    product = multiply(*values)
+    return product.offset if product.lookup is None else product
 
 
 def _diffuse(reader: Reader, node: Source, inputs: dict[str, Input]) -> Closure:
     reader.leave_out(inputs, 'Roughness')
-    reader.leave_out_linked(inputs, 'Normal')
-    return Closure(weight=1.0, bsdf=diffuse(_not_negative(reader.color(inputs['Color']))))
+    color = _not_negative(reader.color_map(inputs['Color']))
+    return Closure(weight=1.0, bsdf=diffuse(color, reader.normal_map(inputs)))
 
 
 def _metallic(reader: Reader, node: Source, inputs: dict[str, Input]) -> Closure:
     if node.node.fresnel_type == 'F82':
-        color, tint = _not_negative(reader.color(inputs['Base Color'])), reader.color(inputs['Edge Tint'])
+        color, tint = _not_negative(reader.color_map(inputs['Base Color'])), reader.color_map(inputs['Edge Tint'])
     else:
         reader.warn(f'node "{node.node.name}": physical conductors are not supported yet: grey metal is used')
         color, tint = (0.6, 0.6, 0.6), WHITE
     reader.leave_out(inputs, 'Anisotropy', 'Thin Film Thickness')
-    reader.leave_out_linked(inputs, 'Normal')
     return _metal(reader, node, inputs, color, _not_negative(tint))
 
 
 def _glossy(reader: Reader, node: Source, inputs: dict[str, Input]) -> Closure:
     """A Glossy BSDF has no Fresnel term: F82 with the edge tint that keeps the colour at 82°, exact for white only."""
-    color = tuple(_saturate(part) for part in reader.color(inputs['Color']))
+    color = _saturate_color(reader.color_map(inputs['Color']))
     if color != WHITE:
         reader.warn(f'node "{node.node.name}" (Glossy BSDF) is rendered as a metal: brighter at grazing angles')
     reader.leave_out(inputs, 'Anisotropy')
-    reader.leave_out_linked(inputs, 'Normal')
+    if isinstance(color, Texture):
+        return _metal(reader, node, inputs, color, WHITE)  # the tint is no affine function of the colour
     return _metal(reader, node, inputs, color, tuple(part / (part + (1.0 - part) * F82_SCHLICK) for part in color))
 
 
-def _metal(reader: Reader, node: Source, inputs: dict[str, Input], color: Color, tint: Color) -> Closure:
+def _metal(
+    reader: Reader, node: Source, inputs: dict[str, Input], color: Color | Texture, tint: Color | Texture
+) -> Closure:
     distribution = node.node.distribution
     if distribution not in ('GGX', 'MULTI_GGX'):
         reader.warn(f'node "{node.node.name}": distribution {distribution} is not supported yet: GGX is used')
     bsdf = Bsdf(
         base_color=color,
         metallic=1.0,
-        roughness=_saturate(reader.number(inputs['Roughness'])),
+        roughness=_saturate(reader.number_map(inputs['Roughness'])),
         specular_tint=tint,
         multi_ggx=distribution == 'MULTI_GGX',
+        normal=reader.normal_map(inputs),
     )
     return Closure(weight=1.0, bsdf=bsdf)
 
 
 def _emission(reader: Reader, node: Source, inputs: dict[str, Input]) -> Closure:
-    strength = reader.number(inputs['Strength'])
-    return Closure(emission=tuple(part * strength for part in reader.color(inputs['Color'])))
+    return Closure(emission=_emitted(reader, inputs['Color'], inputs['Strength']))
 
 
 def _transparent(reader: Reader, node: Source, inputs: dict[str, Input]) -> Closure:
@@ -208,10 +265,17 @@ def _transparent(reader: Reader, node: Source, inputs: dict[str, Input]) -> Clos
 
 def _mix(reader: Reader, node: Source, inputs: dict[str, Input]) -> Closure:
     share, first, second = (Input(socket, node.groups) for socket in node.node.inputs[:3])
-    factor = _saturate(reader.number(share))
-    a = scale(read_closure(reader, first), 1.0 - factor) if factor < 1.0 else Closure()
-    b = scale(read_closure(reader, second), factor) if factor > 0.0 else Closure()
-    return add(a, b, _naming(reader, node))
+    factor = _saturate(reader.number_map(share))
+    if factor in (0.0, 1.0):
+        return read_closure(reader, second if factor == 1.0 else first)
+    a, b = read_closure(reader, first), read_closure(reader, second)
+    cover = factor if isinstance(factor, Texture) else constant(factor)
+    if a.is_clear and (isinstance(factor, Texture) or b.cover is not None):
+        return mask(b, cover, _naming(reader, node))
+    if b.is_clear and (isinstance(factor, Texture) or a.cover is not None):
+        return mask(a, affine(cover, -1.0, 1.0), _naming(reader, node))
+    factor = reader.number(share)
+    return add(scale(a, 1.0 - factor), scale(b, factor), _naming(reader, node))
 
 
 def _add(reader: Reader, node: Source, inputs: dict[str, Input]) -> Closure:
@@ -236,9 +300,20 @@ def _naming(reader: Reader, node: Source) -> Callable[[str], None]:
     return lambda text: reader.warn(f'node "{node.node.name}": {text}')
 
 
-def _saturate(value: float) -> float:
-    return min(max(value, 0.0), 1.0)
+# Values that vary are clamped where they are looked up, by the kernels.
 
 
-def _not_negative(color: Color) -> Color:
-    return tuple(max(part, 0.0) for part in color)
+def _saturate(value: float | Texture) -> float | Texture:
+    return value if isinstance(value, Texture) else min(max(value, 0.0), 1.0)
+
+
+def _at_least(value: float | Texture, least: float) -> float | Texture:
+    return value if isinstance(value, Texture) else max(value, least)
+
+
+def _not_negative(color: Color | Texture) -> Color | Texture:
+    return color if isinstance(color, Texture) else tuple(max(part, 0.0) for part in color)
+
+
+def _saturate_color(color: Color | Texture) -> Color | Texture:
+    return color if isinstance(color, Texture) else tuple(_saturate(part) for part in color)

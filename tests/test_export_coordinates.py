@@ -1,0 +1,351 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The coordinates that images are read with, the normals that they bend, and what meshes bring for both.
+
+Values on their way from an image to an input are tested in test_export_textures.py.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import bpy
+import numpy as np
+import pytest
+from cotorra import export
+from cotorra.export import buffers as B
+from cotorra.export.buffers import SceneBuffers
+from cotorra.log import Log
+
+from scenes import build
+from scenes.depsgraphs import exported, in_render
+from scenes.textured import between, show, slot, textured
+
+# ---- Coordinates.
+
+
+def moved(build_nodes: Callable[[bpy.types.NodeTree, bpy.types.NodeSocket], None]) -> tuple[SceneBuffers, list[str]]:
+    """The export of a material whose image takes its Vector from what `build_nodes` makes."""
+    build.new_scene()
+    material, node = textured()
+    build_nodes(material.node_tree, node.inputs['Vector'])
+    return show(material)
+
+
+def rows(found: np.void) -> np.ndarray:
+    return np.stack([found['mapping_s'], found['mapping_t']])
+
+
+def test_uv_map_by_name() -> None:
+    build.new_scene()
+    material, node = textured()
+    uv = build.node(material.node_tree, 'UVMap')
+    uv.uv_map = 'Second'
+    build.connect(material.node_tree, uv.outputs[0], node.inputs['Vector'])
+    data = build.grid(2)
+    second = data.uv_layers.new(name='Second')
+    second.uv.foreach_set('vector', np.full(len(data.loops) * 2, 0.25, np.float32))
+    buffers, warnings = show(material, mesh=data)
+    assert buffers.uv_layers == ('', 'Second') and slot(buffers)['uv_layer'] == 1 and not warnings
+    uv = buffers.meshes[0].uv.reshape(2, -1, 2)
+    assert (uv[1] == 0.25).all() and uv[0].max() == 1
+
+
+def test_name_of_the_active_map_is_no_second_map() -> None:
+    def nodes(tree: bpy.types.NodeTree, vector: bpy.types.NodeSocket) -> None:
+        uv = build.node(tree, 'UVMap')
+        uv.uv_map = 'UVMap'
+        build.connect(tree, uv.outputs[0], vector)
+
+    buffers, _ = moved(nodes)
+    assert buffers.uv_layers == ('',) and slot(buffers)['uv_layer'] == 0
+
+
+def test_uv_map_that_a_mesh_has_not() -> None:
+    def nodes(tree: bpy.types.NodeTree, vector: bpy.types.NodeSocket) -> None:
+        uv = build.node(tree, 'UVMap')
+        uv.uv_map = 'Gone'
+        build.connect(tree, uv.outputs[0], vector)
+
+    buffers, warnings = moved(nodes)
+    assert buffers.uv_layers == ('', 'Gone')
+    assert not buffers.meshes[0].uv.reshape(2, -1, 2)[1].any()
+    assert warnings == ['Object "Grid": mesh "Grid" has no UV map "Gone", which its material asks for: 0 is used']
+
+
+def mapping_node(kind: str, output: str | None = 'UV', **inputs: tuple) -> Callable:
+    def nodes(tree: bpy.types.NodeTree, vector: bpy.types.NodeSocket) -> None:
+        node = build.node(tree, 'Mapping')
+        node.vector_type = kind
+        for name, value in inputs.items():
+            node.inputs[name].default_value = value
+        if output:
+            build.connect(tree, build.node(tree, 'TexCoord').outputs[output], node.inputs['Vector'])
+        build.connect(tree, node.outputs[0], vector)
+
+    return nodes
+
+
+QUARTER = math.pi / 2
+
+
+@pytest.mark.parametrize(
+    ('kind', 'expected'),
+    [
+        # POINT: turn (2x, 4y) by 90 degrees, then move.
+        ('POINT', [[0, -4, 0, 0.25], [2, 0, 0, 0.5]]),
+        ('VECTOR', [[0, -4, 0, 0], [2, 0, 0, 0]]),
+        # TEXTURE is its inverse.
+        ('TEXTURE', [[0, 0.5, 0, -0.25], [-0.25, 0, 0, 0.0625]]),
+    ],
+)
+def test_mapping(kind: str, expected: list) -> None:
+    given = {'Rotation': (0, 0, QUARTER), 'Scale': (2, 4, 1)}
+    if kind != 'VECTOR':
+        given['Location'] = (0.25, 0.5, 0)
+    buffers, warnings = moved(mapping_node(kind, **given))
+    np.testing.assert_allclose(rows(slot(buffers)), expected, atol=1e-6)
+    assert not warnings
+
+
+def test_mapping_of_normals_is_reported() -> None:
+    buffers, warnings = moved(mapping_node('NORMAL', Scale=(2, 2, 2)))
+    np.testing.assert_array_equal(rows(slot(buffers)), np.eye(2, 4))
+    assert warnings == [
+        'Material "Material": node "Image Texture": coordinates from node "Mapping" (Vector) are not supported yet: '
+        'the UV map is used'
+    ]
+
+
+def test_mapping_without_coordinates_is_a_point() -> None:
+    """As in Cycles, which gives only textures the UV map by default."""
+    buffers, _ = moved(mapping_node('POINT', output=None, Location=(0.25, 0.5, 0)))
+    np.testing.assert_array_equal(rows(slot(buffers)), [[0, 0, 0, 0.25], [0, 0, 0, 0.5]])
+
+
+def test_vector_math() -> None:
+    def nodes(tree: bpy.types.NodeTree, vector: bpy.types.NodeSocket) -> None:
+        product, total = build.node(tree, 'VectorMath'), build.node(tree, 'VectorMath')
+        product.operation, total.operation = 'MULTIPLY', 'ADD'
+        product.inputs[1].default_value, total.inputs[1].default_value = (2, 3, 1), (0.5, 0.25, 0)
+        build.connect(tree, build.node(tree, 'TexCoord').outputs['UV'], product.inputs[0])
+        build.connect(tree, product.outputs[0], total.inputs[0])
+        build.connect(tree, total.outputs[0], vector)
+
+    buffers, warnings = moved(nodes)
+    np.testing.assert_array_equal(rows(slot(buffers)), [[2, 0, 0, 0.5], [0, 3, 0, 0.25]])
+    assert not warnings
+
+
+@pytest.mark.parametrize('output', ['Normal', 'Camera', 'Window', 'Reflection'])
+def test_coordinates_that_are_not_supported(output: str) -> None:
+    def nodes(tree: bpy.types.NodeTree, vector: bpy.types.NodeSocket) -> None:
+        build.connect(tree, build.node(tree, 'TexCoord').outputs[output], vector)
+
+    buffers, [warning] = moved(nodes)
+    assert slot(buffers)['coordinates'] == B.COORDINATES_UV
+    assert f'coordinates from node "Texture Coordinate" ({output}) are not supported yet' in warning
+
+
+def test_generated() -> None:
+    def nodes(tree: bpy.types.NodeTree, vector: bpy.types.NodeSocket) -> None:
+        build.connect(tree, build.node(tree, 'TexCoord').outputs['Generated'], vector)
+
+    buffers, warnings = moved(nodes)
+    assert slot(buffers)['coordinates'] == B.COORDINATES_GENERATED and not warnings
+    mesh = buffers.meshes[0]
+    # The grid is flat: its texture space has no height, but Blender gives it some.
+    np.testing.assert_allclose(mesh.generated[:, :2], 0.5 * mesh.positions[:, :2] + 0.5, atol=1e-6)
+    assert mesh.generated.dtype == np.float32 and len(mesh.generated) == len(mesh.positions)
+
+
+def export_all(depsgraph: bpy.types.Depsgraph) -> SceneBuffers:
+    return export.export_scene(depsgraph, depsgraph.scene_eval, depsgraph.view_layer_eval, Log())
+
+
+def test_generated_is_from_before_deformation() -> None:
+    scene = build.new_scene()
+    material, node = textured()
+    build.connect(
+        material.node_tree, build.node(material.node_tree, 'TexCoord').outputs['Generated'], node.inputs['Vector']
+    )
+    obj = build.link(scene, 'Bent', build.grid(2))
+    obj.data.materials.append(material)
+    cast = obj.modifiers.new('Cast', 'CAST')
+    cast.factor = 1.0
+    build.camera(scene)
+    [[mesh]] = in_render(scene, lambda engine, depsgraph: export_all(depsgraph).meshes)
+    assert np.abs(mesh.positions[0, :2]).max() < 0.9  # the corners went onto a circle
+    np.testing.assert_allclose([mesh.generated.min(axis=0)[0], mesh.generated.max(axis=0)[0]], [0, 1], atol=1e-6)
+
+
+def test_object_coordinates_bring_the_spaces() -> None:
+    def nodes(tree: bpy.types.NodeTree, vector: bpy.types.NodeSocket) -> None:
+        build.connect(tree, build.node(tree, 'TexCoord').outputs['Object'], vector)
+
+    buffers, _ = moved(nodes)
+    assert slot(buffers)['coordinates'] == B.COORDINATES_OBJECT
+    spaces = buffers.instances.spaces.world_to_object
+    assert spaces.dtype == np.float32 and spaces.shape == (1, 3, 4)
+    bpy.context.scene.objects['Grid'].location = (1, 2, 3)
+    bpy.context.scene.objects['Grid'].scale = (2, 2, 0)  # flat: no inverse
+    spaces = exported(bpy.context.scene).instances.spaces.world_to_object
+    np.testing.assert_allclose(spaces[0] @ [3, 2, 3, 1], [1, 0, 0], atol=1e-6)
+
+
+def test_coordinates_of_another_object() -> None:
+    def nodes(tree: bpy.types.NodeTree, vector: bpy.types.NodeSocket) -> None:
+        other = build.link(bpy.context.scene, 'Other', None)
+        other.location, other.scale = (1, 2, 3), (2, 2, 2)
+        coordinate = build.node(tree, 'TexCoord')
+        coordinate.object = other
+        build.connect(tree, coordinate.outputs['Object'], vector)
+
+    buffers, warnings = moved(nodes)
+    found = slot(buffers)
+    assert found['coordinates'] == B.COORDINATES_WORLD and buffers.instances.spaces is None and not warnings
+    np.testing.assert_allclose(rows(found), [[0.5, 0, 0, -0.5], [0, 0.5, 0, -1]], atol=1e-6)
+
+
+# ---- Normal maps.
+
+
+def normal_mapped(
+    space: str = 'TANGENT', uv_map: str = '', **inputs: float
+) -> tuple[bpy.types.Material, bpy.types.Node]:
+    material, image = textured()
+    tree = material.node_tree
+    node = build.node(tree, 'NormalMap', **inputs)
+    node.space, node.uv_map = space, uv_map
+    build.connect(tree, image.outputs['Color'], node.inputs['Color'])
+    build.connect(tree, node.outputs[0], build.principled(material).inputs['Normal'])
+    return material, node
+
+
+def test_normal_map_brings_tangents() -> None:
+    build.new_scene()
+    material, _ = normal_mapped(Strength=0.5)
+    buffers, warnings = show(material)
+    textures = buffers.materials.textures
+    assert slot(buffers, 'normal')['channel'] == B.CHANNEL_RGB and not warnings
+    assert textures.normal_strength[1] == 0.5 and textures.normal_space[1] == B.NORMAL_TANGENT
+    assert textures.normal_tangent[1] == 0 and buffers.tangent_layers == (0,)
+    mesh = buffers.meshes[0]
+    # The grid's u grows with x, and v with y.
+    np.testing.assert_allclose(mesh.tangents, np.tile([1, 0, 0, 1], (len(mesh.uv), 1)), atol=1e-6)
+
+
+def test_only_meshes_with_a_normal_map_have_tangents() -> None:
+    scene = build.new_scene()
+    build.mesh_object(scene)
+    buffers, _ = show(normal_mapped()[0])
+    assert sorted(mesh.tangents is not None for mesh in buffers.meshes) == [False, True]
+
+
+def test_normal_map_of_a_second_uv_map() -> None:
+    build.new_scene()
+    material, _ = normal_mapped(uv_map='Turned')
+    data = build.grid(2)
+    turned = data.uv_layers.new(name='Turned')
+    uv = np.empty(len(data.loops) * 2, np.float32)
+    data.uv_layers[0].uv.foreach_get('vector', uv)
+    turned.uv.foreach_set('vector', uv.reshape(-1, 2)[:, ::-1].ravel())
+    buffers, _ = show(material, mesh=data)
+    assert buffers.uv_layers == ('', 'Turned') and buffers.tangent_layers == (1,)
+    # u grows with y, and the map is mirrored.
+    np.testing.assert_allclose(buffers.meshes[0].tangents, np.tile([0, 1, 0, -1], (len(data.loops), 1)), atol=1e-6)
+
+
+def test_normal_map_without_a_uv_map_leaves_the_normal() -> None:
+    build.new_scene()
+    buffers, _ = show(normal_mapped()[0], mesh=build.mesh())
+    mesh = buffers.meshes[0]
+    assert not mesh.tangents[:, :3].any() and mesh.corners is not None
+
+
+@pytest.mark.parametrize(
+    ('space', 'code', 'scale'),
+    [
+        ('OBJECT', B.NORMAL_OBJECT, [1, 1, 1]),
+        ('WORLD', B.NORMAL_WORLD, [1, 1, 1]),
+        ('BLENDER_OBJECT', B.NORMAL_OBJECT, [1, -1, -1]),
+        ('BLENDER_WORLD', B.NORMAL_WORLD, [1, -1, -1]),
+    ],
+)
+def test_normal_maps_of_other_spaces(space: str, code: int, scale: list) -> None:
+    build.new_scene()
+    buffers, warnings = show(normal_mapped(space)[0])
+    found = slot(buffers, 'normal')
+    assert buffers.materials.textures.normal_space[1] == code and buffers.meshes[0].tangents is None and not warnings
+    assert found['scale'].tolist() == scale and found['offset'].tolist() == [float(part < 0) for part in scale]
+
+
+@pytest.mark.skipif(
+    'convention' not in bpy.types.ShaderNodeNormalMap.bl_rna.properties, reason='this Blender knows one convention'
+)
+def test_directx_normal_map() -> None:
+    build.new_scene()
+    material, node = normal_mapped()
+    node.convention = 'DIRECTX'
+    found = slot(show(material)[0], 'normal')
+    assert found['scale'].tolist() == [1, -1, 1] and found['offset'].tolist() == [0, 1, 0]
+
+
+def test_bump_keeps_the_normal_map_beneath() -> None:
+    build.new_scene()
+    material, node = normal_mapped()
+    tree = material.node_tree
+    bump = build.node(tree, 'Bump')
+    build.connect(tree, node.outputs[0], bump.inputs['Normal'])
+    build.connect(tree, bump.outputs[0], build.principled(material).inputs['Normal'])
+    buffers, warnings = show(material)
+    assert slot(buffers, 'normal')['image'] == 0
+    assert warnings == ['Material "Material": not supported yet: Normal left out']
+
+
+def test_flat_normal_map_without_an_image_changes_nothing() -> None:
+    build.new_scene()
+    material = build.material()
+    between(material, build.node(material.node_tree, 'NormalMap'), 'Normal')
+    buffers, warnings = show(material)
+    assert buffers.materials.textures is None and not warnings
+
+
+def test_tangents_equal_blenders_own() -> None:
+    """On triangles Blender's own function does the same, for a mesh with seams, mirrored parts and smooth normals."""
+    scene = build.new_scene()
+    bpy.ops.mesh.primitive_monkey_add()
+    obj = bpy.context.object
+    obj.modifiers.new('Triangles', 'TRIANGULATE')
+    obj.data.shade_smooth()
+    obj.data.materials.append(normal_mapped()[0])
+    [mesh] = exported(scene).meshes
+    evaluated = obj.evaluated_get(bpy.context.evaluated_depsgraph_get())
+    copy = evaluated.to_mesh()
+    copy.calc_tangents()
+    expected = np.empty((len(copy.loops), 3), np.float32)
+    copy.loops.foreach_get('tangent', expected.ravel())
+    signs = np.empty(len(copy.loops), np.float32)
+    copy.loops.foreach_get('bitangent_sign', signs)
+    evaluated.to_mesh_clear()
+    assert set(signs) == {-1.0, 1.0}
+    np.testing.assert_array_equal(mesh.tangents[:, 3], signs)
+    # One triangle lies on a line in uv: its lonely corner has (1, 0, 0) in Blender, none here.
+    has_one = mesh.tangents[:, :3].any(axis=1)
+    assert np.count_nonzero(~has_one) == 1
+    # Blender calculates in single precision; measured 1e-5.
+    np.testing.assert_allclose(mesh.tangents[has_one, :3], expected[has_one], atol=1e-4)
+
+
+def test_tangents_of_n_gons_and_broken_places() -> None:
+    scene = build.new_scene()
+    corners = [(math.cos(at), math.sin(at), 0.0) for at in np.arange(7) * (2 * math.pi / 7)]
+    data = build.mesh('Heptagon', [*corners, (math.nan, 0, 0)], [tuple(range(7)), (0, 1, 7)])
+    uv = data.uv_layers.new(name='UVMap')
+    turned = [corners[index % 7][axis] for index in (*range(7), 0, 1, 2) for axis in (1, 0)]
+    uv.uv.foreach_set('vector', np.array(turned, np.float32))
+    data.materials.append(normal_mapped()[0])
+    build.link(scene, 'Heptagon', data)
+    [mesh] = exported(scene).meshes
+    assert np.isfinite(mesh.tangents).all()
+    np.testing.assert_allclose(mesh.tangents[3:7], np.tile([0, 1, 0, -1], (4, 1)), atol=1e-6)
