@@ -15,6 +15,7 @@ PASS_NAMES_4 = {
     'Diffuse Color': 'DiffCol',
     'Emission': 'Emit',
     'Environment': 'Env',
+    'Ambient Occlusion': 'AO',
 }
 
 

@@ -42,6 +42,7 @@ PASSES = (
     RenderPass('Emission', 'emission', 'RGB', 'COLOR', 'use_pass_emit'),
     RenderPass('Environment', 'environment', 'RGB', 'COLOR', 'use_pass_environment'),
     RenderPass('Shadow', 'shadow', 'RGB', 'COLOR', 'use_pass_shadow'),
+    RenderPass('Ambient Occlusion', 'ao', 'RGB', 'COLOR', 'use_pass_ambient_occlusion'),
 )
 
 # Native passes that hold light, beside the light groups.
@@ -51,7 +52,6 @@ LIGHT_PASSES = frozenset({'combined', 'emission', 'environment'})
 NOT_RENDERED = {
     'use_pass_mist': 'Mist',
     'use_pass_vector': 'Vector',
-    'use_pass_ambient_occlusion': 'Ambient Occlusion',
     'use_pass_diffuse_direct': 'Diffuse Direct',
     'use_pass_diffuse_indirect': 'Diffuse Indirect',
     'use_pass_glossy_direct': 'Glossy Direct',

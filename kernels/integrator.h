@@ -6,6 +6,7 @@
 
 #include "bsdf.h"
 #include "light.h"
+#include "light_shape.h"
 #include "sampling.h"
 #include "surface.h"
 
@@ -82,6 +83,7 @@ FN vec3 path_meet_light(IN(SceneData) scene, uint index, IN(PathState) path, vec
   const bool shared_work =
       FEATURE(FEATURE_BSDF_RAYS) && (light.flags & LIGHT_USE_MIS) != 0u && (path.ray_kind & RAY_MEETS_LAMPS) != 0u;
   if (path.bounce > 0u && !shared_work) return vec3(0.0f);
+  if (FEATURE(FEATURE_LIGHT_SHAPES)) radiance *= scene_light_shape(scene, index, light, origin, direction);
   return path.throughput * radiance * found_weight(path, pdf);
 }
 
@@ -165,6 +167,7 @@ FN bool path_sample_light(IN(SceneData) scene, uint index, IN(PathState) path, I
   const Light light = LOAD(scene.lights, index);
   LightSample l;
   light_sample(light, s.p, s.n, u, l);
+  if (FEATURE(FEATURE_LIGHT_SHAPES)) l.weight *= scene_light_shape(scene, index, light, s.p, l.wi);
   const vec3 contribution = light_contribution(light, l, bsdf, wo, path.throughput, scale);
   return light_shadow_ray(scene, light, s, path.bounce, l.wi, l.distance, contribution, ray);
 }
@@ -182,7 +185,12 @@ FN float light_importance(IN(SceneData) scene, uint index, IN(Surface) s) {
   const float power = luminance(light.radiance) * select(light.radius > 0.0f, PI * r2, 1.0f);
   // The widest cosine that the light's disk can show.
   const float cosine = min(max(dot(s.n, wi), 0.0f) + light.radius / max(d, 1e-6f), 1.0f);
-  const float spot = light.type == LIGHT_SPOT && light.radius < 0.1f * d ? spot_attenuation(light, wi) : 1.0f;
+  float spot = light.type == LIGHT_SPOT && light.radius < 0.1f * d ? spot_attenuation(light, wi) : 1.0f;
+  if (FEATURE(FEATURE_LIGHT_SHAPES) && (light.flags & LIGHT_SHAPED) != 0u) {
+    const LightShape shape = LOAD(scene.light_shapes, index);
+    // A lamp of size may reach past its edge to where its centre does not.
+    spot *= light_falloff(shape, d) * (light.radius > 0.0f ? 1.0f : light_spot_edge(shape, light, wi));
+  }
   return power * cosine * spot / (d * d + r2 + 1e-12f);
 }
 

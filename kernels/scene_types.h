@@ -51,6 +51,7 @@ const uint LIGHT_SOFT_FALLOFF = 1u;  // a disk that faces the shading point; els
 const uint LIGHT_CAST_SHADOW = 2u;
 const uint LIGHT_VISIBLE = 4u;  // rays can meet it
 const uint LIGHT_USE_MIS = 8u;  // bounces meet it too, so light sampling shares the work with them
+const uint LIGHT_SHAPED = 16u;  // its LightShape says how it falls off and ends
 
 // One lamp. World space; radiometric quantities in the scene's linear colour space.
 struct Light {
@@ -70,6 +71,25 @@ struct Light {
   int group;          // light group, -1 = none
   uint max_bounces;   // last bounce that this light lights
   uint name_index;    // position in the exporter's list, for messages
+};
+
+const uint FALLOFF_PHYSICAL = 0u;
+const uint FALLOFF_RANGED = 1u;
+const uint FALLOFF_POLYNOMIAL = 2u;
+const uint SPOT_EDGE_BLENDER = 0u;
+const uint SPOT_EDGE_LINEAR = 1u;   // in the angle
+const uint SPOT_EDGE_SQUARED = 2u;  // the square of a ramp in the cosine
+
+// How a lamp with LIGHT_SHAPED falls off with distance and at the edge of its cone.
+struct LightShape {
+  uint falloff;         // FALLOFF_*
+  uint edge;            // SPOT_EDGE_*
+  float inverse_range;  // 1/m
+  float c0;             // of 1 / (c0 + c1 d + c2 d^2)
+  float c1;
+  float c2;
+  float edge_end;    // outer angle; SPOT_EDGE_SQUARED: 1 - cos of it
+  float edge_scale;  // 1 / (outer - inner) of the same quantity; large for a hard edge
 };
 
 const uint MATERIAL_EMISSIVE = 1u;     // emission is not black
@@ -222,7 +242,25 @@ struct Emitter {
   uint unused;
 };
 
+// What Whitted, Toon and the ambient term read of a material beside its BSDF.
+const uint CLASSIC_TOON = 1u;  // toon_lit and toon_shade hold; else they come from the base colour
+
+struct ClassicMaterial {
+  vec3 absorption;  // inside, 1/m
+  float transmission;  // Principled: share of what is no metal that is clear glass
+  vec3 toon_lit;
+  uint toon_steps;
+  vec3 toon_shade;
+  float ka;  // Whitted's constants: ambient, reflected and transmitted light (the last two not for Principled)
+  float kr;
+  float kt;
+  uint flags;  // CLASSIC_*
+  uint unused;
+};
+
 BUFFER_REF(Light, LightBuffer)
+BUFFER_REF(LightShape, LightShapeBuffer)
+BUFFER_REF(ClassicMaterial, ClassicBuffer)
 BUFFER_REF(Material, MaterialBuffer)
 BUFFER_REF(Mesh, MeshBuffer)
 BUFFER_REF(Instance, InstanceBuffer)
@@ -240,6 +278,7 @@ struct SceneData {
   FloatBuffer albedo;  // tables of bsdf_tables.h
   FloatBuffer filter_table;  // inverse CDF of the pixel filter
   MaterialModelBuffer models;  // [materials]; null where all are Principled and the integrator asks for nothing
+  ClassicBuffer classic;  // by material
   uint light_count;
   uint emitter_count;
   uint instance_count;
@@ -248,11 +287,13 @@ struct SceneData {
   uint world_visibility;
   float emitter_norm;  // 1 / sum of area x luminance over the emitters
   int world_group;
+  LightShapeBuffer light_shapes;  // one for each lamp; null where no lamp is LIGHT_SHAPED
 };
 
 #ifdef __cplusplus
 static_assert(sizeof(Light) == 112 && sizeof(Material) == 64 && sizeof(Mesh) == 56 && sizeof(Instance) == 112 &&
-              sizeof(Emitter) == 96 && sizeof(SceneData) == 112 && sizeof(MaterialModel) == 160);
+              sizeof(Emitter) == 96 && sizeof(LightShape) == 32 && sizeof(MaterialModel) == 160 &&
+              sizeof(ClassicMaterial) == 64 && sizeof(SceneData) == 128);
 }  // namespace cotorra
 #endif
 

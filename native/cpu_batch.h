@@ -7,6 +7,9 @@
 #include <memory>
 #include <vector>
 
+#include "../kernels/occlusion.h"
+#include "../kernels/outline.h"
+#include "../kernels/toon.h"
 #include "cpu_kernel.h"
 #include "cpu_lanes.h"
 
@@ -55,6 +58,26 @@ struct RecordedPacket {
   bool shadow;
 };
 
+// A ray of Whitted's that waits for its turn.
+struct PendingRay {
+  PathState path;
+  vec3 origin;
+  uint slot;
+  vec3 direction;
+  uint medium;  // material that it runs inside of, INVALID_ID: none that absorbs
+};
+
+// What the integrators beside Direct and Path keep; there only where one of them renders.
+struct ClassicLanes {
+  std::vector<std::vector<PendingRay>> pending;  // Whitted, by surfaces behind the ray: at most 2 kLanes each
+  Array<uint, kLanes> medium;                    // Whitted: PendingRay's
+  Array<float, kLanes> sky;                      // ambient occlusion: 1 where the ray to the sky is free
+  Array<uint, kLanes> lit;                       // Toon: lamps that light the point fully
+  Array<embree::RayHit<kWidth>, kLanes / kWidth> around;  // Toon: the rays around the camera rays
+  Array<OutlinePoint, kLanes> middle;
+  Array<OutlineSums, kLanes> sums;
+};
+
 // The paths of a batch. Lanes are compacted at each vertex: `slot` tells which sample a lane belongs to.
 struct Batch final : Workspace {
   Array<embree::RayHit<kWidth>, kLanes / kWidth> packets;
@@ -82,6 +105,7 @@ struct Batch final : Workspace {
   bool recording = false;
   // What a call adds to the tile, kept apart so that a cancelled call leaves nothing half done.
   FilmTile staged;
+  std::unique_ptr<ClassicLanes> classic;
 };
 
 }  // namespace

@@ -3,7 +3,6 @@
 // between. Compiled once for each instruction set and set of features; what FEATURE leaves out leaves no code here.
 #include <algorithm>
 #include <array>
-#include <chrono>
 #include <vector>
 
 #include "cpu_kernel.h"
@@ -16,6 +15,11 @@ constexpr std::uint32_t KERNEL_FEATURES = COTORRA_KERNEL_FEATURES;
 
 #include "../kernels/integrator.h"
 #include "cpu_batch.h"
+#include "cpu_occlusion.h"
+#include "cpu_staged.h"
+#include "cpu_toon.h"
+#include "cpu_visibility.h"
+#include "cpu_whitted.h"
 
 namespace cotorra {
 namespace {
@@ -68,10 +72,15 @@ class Renderer {
     int lanes = static_cast<int>(pixels.size() * per_pixel);
     counts_.samples += static_cast<std::uint64_t>(lanes);
     counts_.camera += static_cast<std::uint64_t>(lanes);
+    if (is_classic()) {
+      classic(lanes);
+      lanes = 0;
+    }
     for (uint bounce = 0; lanes > 0; ++bounce) {
       trace(lanes, bounce == 0);
       lanes = shade(lanes, bounce);
       light(lanes, bounce);
+      if (wants(FEATURE_OCCLUSION)) ambient(lanes, bounce);
       if (!FEATURE(FEATURE_BOUNCES) && !FEATURE(FEATURE_BSDF_RAYS)) break;
       lanes = bounce_rays(lanes, bounce);
       counts_.bounce += static_cast<std::uint64_t>(lanes);
@@ -109,36 +118,10 @@ class Renderer {
     }
   }
 
-  void set_ray(std::size_t i, vec3 origin, vec3 direction, float t_min, float t_max, uint mask) {
-    embree::RayHit<kWidth> &p = b_.packets[i / kWidth];
-    const std::size_t k = i % kWidth;
-    p.ray.org_x[k] = origin.x;
-    p.ray.org_y[k] = origin.y;
-    p.ray.org_z[k] = origin.z;
-    p.ray.dir_x[k] = direction.x;
-    p.ray.dir_y[k] = direction.y;
-    p.ray.dir_z[k] = direction.z;
-    p.ray.tnear[k] = t_min;
-    p.ray.tfar[k] = t_max;
-    p.ray.time[k] = 0.0f;
-    p.ray.mask[k] = mask;
-    p.hit.geom_id[k] = embree::kInvalidId;
-    p.hit.inst_id[k] = embree::kInvalidId;
-    p.hit.inst_prim_id[k] = 0;
-  }
-
   // ---- Stage 2: the nearest surface.
   void trace(int lanes, bool coherent) {
     arguments_.flags = coherent ? embree::kCoherent : embree::kIncoherent;
-    alignas(64) int valid[kWidth];
-    for (int first = 0; first < lanes; first += kWidth) {
-      for (int k = 0; k < kWidth; ++k) valid[k] = first + k < lanes ? -1 : 0;
-      if (b_.recording) {
-        b_.recorded.push_back({b_.packets[static_cast<std::size_t>(first / kWidth)], std::min(kWidth, lanes - first),
-                               arguments_.flags, false});
-      }
-      intersect(*job_.rtc, valid, job_.bvh, &b_.packets[static_cast<std::size_t>(first / kWidth)], &arguments_);
-    }
+    trace_packets(tracer_, b_.packets.data(), lanes);
   }
 
   void add_light(uint slot, vec3 value, int group) {
@@ -168,14 +151,7 @@ class Renderer {
         escape(path, slot, bounce);
         continue;
       }
-      Hit hit;
-      hit.t = p.ray.tfar[k];
-      hit.u = p.hit.u[k];
-      hit.v = p.hit.v[k];
-      hit.triangle = p.hit.prim_id[k];
-      const bool instanced = p.hit.inst_id[k] != embree::kInvalidId;
-      hit.instance = instanced ? job_.first_instances[p.hit.inst_id[k]] + p.hit.inst_prim_id[k]
-                               : job_.first_instances[p.hit.geom_id[k]];
+      const Hit hit = packet_hit(job_, p, k);
       if (path_is_last(limits_, path)) {  // only brings light home
         if (FEATURE(FEATURE_EMISSIVE_MESHES)) emission(path, slot, bounce, hit, direction);
         continue;
@@ -212,6 +188,7 @@ class Renderer {
       const Material &material = scene_.materials.v[s.material];
       Bsdf bsdf;
       bsdf_prepare(scene_, material, s.n, s.ng, b_.shading.wo.get(i), bsdf);
+      if (wants(FEATURE_WHITTED)) whitted_prepare(material, scene_.classic.v[s.material], bsdf);
       b_.shading.set_bsdf(i, bsdf);
       if (FEATURE(FEATURE_DATA_PASSES) && bounce == 0) record(b_.slot[i], s, material, bsdf);
     }
@@ -307,6 +284,9 @@ class Renderer {
       return;
     }
     sample_lamp_of(light)(light, b_.shading, b_.u2.data(), b_.v2.data(), lanes, b_.light);
+    if (FEATURE(FEATURE_LIGHT_SHAPES) && (light.flags & LIGHT_SHAPED) != 0u) {
+      shape_lamp(scene_.light_shapes.v[index], light, b_.shading, lanes, b_.light);
+    }
     if (bounce > light.max_bounces) return;
     const uint mask = (light.flags & LIGHT_CAST_SHADOW) != 0u ? VISIBLE_SHADOW : 0u;
     for (std::size_t i = 0; i < static_cast<std::size_t>(lanes); ++i) {
@@ -388,7 +368,12 @@ class Renderer {
     alignas(64) int valid[kWidth];
     for (int k = 0; k < kWidth; ++k) valid[k] = k < b_.shadow_count ? -1 : 0;
     if (b_.recording) b_.recorded.push_back({{b_.shadow, {}}, b_.shadow_count, arguments_.flags, true});
+    embree::Ray<kWidth> asked;
+    if (FEATURE(FEATURE_WHITTED)) asked = b_.shadow;
     occluded(*job_.rtc, valid, job_.bvh, &b_.shadow, &arguments_);
+    if (FEATURE(FEATURE_WHITTED) && job_.classic.transparent_shadows) {
+      see_through(tracer_, asked, b_.shadow_count, b_.shadow, b_.shadow_contribution.data());
+    }
     for (std::size_t k = 0; k < static_cast<std::size_t>(b_.shadow_count); ++k) {
       // Embree sets tfar to -infinity where something is in the way.
       arrive(b_.shadow_slot[k], b_.shadow_contribution[k], b_.shadow_group[k], bounce, b_.shadow.tfar[k] >= 0.0f);
@@ -423,12 +408,88 @@ class Renderer {
       const bool finds =
           FEATURE(FEATURE_BSDF_RAYS) && (job_.last_rays_find_light || (path.ray_kind & RAY_MEETS_LAMPS) != 0u);
       if (!finds && path_is_last(limits_, path)) continue;
-      set_ray(next, origin, sample.wi, 0.0f, INFINITE_DISTANCE, path.ray_kind & VISIBLE_ALL);
+      start_ray(b_.packets[next / kWidth], next % kWidth, origin, sample.wi, 0.0f, INFINITE_DISTANCE,
+                path.ray_kind & VISIBLE_ALL);
       b_.path[next] = path;
       b_.slot[next] = b_.slot[i];
       ++next;
     }
     return static_cast<int>(next);
+  }
+
+  // ---- The integrators beside Direct and Path.
+
+  // Is this feature both built and asked for? Most are harmless where a scene does without; these change the picture.
+  bool wants(uint feature) const { return FEATURE(feature) && (job_.features & feature) != 0u; }
+  bool is_classic() const {
+    return wants(FEATURE_WHITTED) || wants(FEATURE_TOON) ||
+           (wants(FEATURE_OCCLUSION) && job_.classic.integrator == Integrator::kOcclusion);
+  }
+
+  // All of one batch of camera rays.
+  void classic(int lanes) {
+    if (wants(FEATURE_WHITTED)) {
+      whitted(lanes);
+      return;
+    }
+    trace(lanes, true);
+    if (wants(FEATURE_TOON)) {
+      toon(lanes);
+    } else {
+      ambient(shade(lanes, 0), 0);
+    }
+  }
+
+  void whitted(int lanes) {
+    std::fill_n(b_.classic->medium.data(), lanes, INVALID_ID);
+    for (uint bounce = 0; lanes > 0; bounce = lanes > 0 ? b_.path[0].bounce : 0) {
+      trace(lanes, bounce == 0);
+      absorb(tracer_, lanes);
+      const int met = shade(lanes, bounce);
+      light(met, bounce);
+      if (wants(FEATURE_OCCLUSION)) ambient(met, bounce);
+      store_children(tracer_, met);
+      lanes = start_pending(tracer_);
+      counts_.bounce += static_cast<std::uint64_t>(lanes);
+    }
+  }
+
+  void toon(int lanes) {
+    const bool lines = job_.classic.outlines != 0;
+    if (lines) gather_outlines(tracer_, lanes);
+    const int met = shade(lanes, 0);
+    count_lamps(tracer_, met);
+    for (std::size_t i = 0; i < static_cast<std::size_t>(met); ++i) {
+      const uint material = b_.surface[i].material;
+      add_light(
+          b_.slot[i],
+          toon_color(scene_.materials.v[material], scene_.classic.v[material], b_.classic->lit[i], scene_.light_count),
+          -1);
+    }
+    for (std::size_t slot = 0; lines && slot < static_cast<std::size_t>(lanes); ++slot) {
+      if (!outline_found(b_.classic->sums[slot], job_.classic.outlines)) continue;
+      b_.radiance[slot] = job_.classic.outline_color;
+      b_.alpha[slot] = 1.0f;  // a line covers what is behind it, and the transparent film
+    }
+  }
+
+  // Ambient light and its occlusion: as a term, as a pass, as the whole picture.
+  void ambient(int lanes, uint bounce) {
+    const ClassicJob &c = job_.classic;
+    const bool picture = c.integrator == Integrator::kOcclusion;
+    const bool pass = bounce == 0 && job_.passes.occlusion;
+    const bool term = !is_black(c.ambient);
+    if (picture || pass || (term && c.occluded)) trace_sky(tracer_, lanes, pair_seed(bounce, PAIR_OCCLUSION));
+    for (std::size_t i = 0; i < static_cast<std::size_t>(lanes); ++i) {
+      const Surface &s = b_.surface[i];
+      const float sky = b_.classic->sky[i];
+      if (term) {
+        const vec3 light = ambient_term(scene_.materials.v[s.material], scene_.classic.v[s.material], c.ambient);
+        add_light(b_.slot[i], b_.path[i].throughput * light * (c.occluded ? sky : 1.0f), -1);
+      }
+      if (pass) b_.staged.occlusion[b_.pixel[b_.slot[i]]] += sky;
+      if (picture) b_.radiance[b_.slot[i]] = vec3(sky);
+    }
   }
 
   // ---- Stage 6: add the samples to their pixels.
@@ -461,43 +522,16 @@ class Renderer {
   IntegratorData limits_{};
   uint block_seed_ = 0;
   embree::QueryArguments arguments_;
+  const Tracer tracer_{job_, b_, arguments_, counts_};
 };
 
-std::unique_ptr<Workspace> make_workspace(const RenderJob &) { return std::make_unique<Batch>(); }
-
-// Gives `staged` the shape of `tile`, all sums zero.
-void clear_staged(const FilmTile &tile, const PassSelection &passes, FilmTile &staged) {
-  const std::size_t n = tile.pixels.size();
-  staged.pixels.assign(n, FilmPixel{vec3(0.0f), 0.0f});
-  if (passes.error) staged.odd.assign(n, vec3(0.0f));
-  if (passes.nearest) staged.nearest.assign(n, NearestRecord{});
-  if (passes.surface) staged.surface.assign(n, SurfaceRecord{});
-  if (passes.emission) staged.emission.assign(n, vec3(0.0f));
-  if (passes.environment) staged.environment.assign(n, vec3(0.0f));
-  if (passes.shadow) staged.shadow.assign(n, ShadowRecord{});
-  if (passes.light_groups > 0) staged.groups.assign(n * passes.light_groups, vec3(0.0f));
-}
-
-double seconds_since(std::chrono::steady_clock::time_point begin) {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-}
-
-// Traces what was recorded once more, and nothing else.
-void trace_again(const RenderJob &job, Batch &batch, RayCounts &counts) {
-  const auto begin = std::chrono::steady_clock::now();
-  embree::QueryArguments arguments;
-  arguments.feature_mask = job.embree_features;
-  for (RecordedPacket &r : batch.recorded) {
-    alignas(64) int valid[kWidth];
-    for (int k = 0; k < kWidth; ++k) valid[k] = k < r.count ? -1 : 0;
-    arguments.flags = r.flags;
-    if (r.shadow) {
-      occluded(*job.rtc, valid, job.bvh, &r.packet.ray, &arguments);
-    } else {
-      intersect(*job.rtc, valid, job.bvh, &r.packet, &arguments);
-    }
+std::unique_ptr<Workspace> make_workspace(const RenderJob &job) {
+  auto batch = std::make_unique<Batch>();
+  if ((KERNEL_FEATURES & job.features & (FEATURE_WHITTED | FEATURE_OCCLUSION | FEATURE_TOON)) != 0u) {
+    batch->classic = std::make_unique<ClassicLanes>();
+    batch->classic->pending.resize(job.classic.depth + 1u);
   }
-  counts.traced_seconds += seconds_since(begin);
+  return batch;
 }
 
 // Samples into batch.staged. Returns false if cancelled.

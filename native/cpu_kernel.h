@@ -19,6 +19,23 @@ struct PathLimits {  // kernels/integrator.h, IntegratorData
   std::uint32_t max_bounces, diffuse_bounces, glossy_bounces, roulette_start;
 };
 
+enum class Integrator { kDirect, kPath, kWhitted, kOcclusion, kToon };
+
+// What the integrators beside Path are told.
+struct ClassicJob {
+  Integrator integrator = Integrator::kDirect;
+  std::uint32_t depth = 0;        // Whitted: mirrors and glass surfaces one after the other
+  float threshold = 0.0f;         // Whitted: least throughput worth a ray
+  bool transparent_shadows = false;
+  vec3 ambient{0.0f, 0.0f, 0.0f};
+  bool occluded = false;          // of ambient light
+  float occlusion_distance = 0.0f;
+  std::uint32_t outlines = 0;     // Toon: OUTLINE_*
+  float outline_x = 0.0f, outline_y = 0.0f;  // half of a line's width, pixels
+  float rows = 0.0f;              // of the whole picture, pixels
+  vec3 outline_color{0.0f, 0.0f, 0.0f};
+};
+
 // Everything that stays the same during a session.
 struct RenderJob {
   const SceneData *scene;
@@ -38,6 +55,7 @@ struct RenderJob {
   bool camera_meets_lights;  // a lamp is visible to camera rays
   bool last_rays_find_light;  // the world or a mesh: worth the last ray of any path, not only of those that meet lamps
   bool measure_tracing;
+  ClassicJob classic;
   const std::atomic<bool> *cancel;
 };
 

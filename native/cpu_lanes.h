@@ -178,6 +178,18 @@ COTORRA_FLATTEN void sample_lamp(const Light &lamp, const ShadingLanes &in, cons
   }
 }
 
+// Dims each lane's sample of a lamp by the lamp's shape. A loop of its own: Blender's own lamps have nothing to do
+// here.
+COTORRA_FLATTEN void shape_lamp(const LightShape &lamp_shape, const Light &lamp, const ShadingLanes &in, int n,
+                                LightLanes &out) {
+  const LightShape shape = lamp_shape;
+  const Light light = lamp;
+  for (std::size_t i = 0; i < static_cast<std::size_t>(n); ++i) {
+    const float factor = light_shape(shape, light, in.p.get(i), out.wi.get(i));
+    out.contribution.set(i, out.contribution.get(i) * factor);
+  }
+}
+
 COTORRA_FLATTEN void sample_bsdf(const ShadingLanes &in, const float *choice, const float *u, const float *v, int n,
                                  BounceLanes &out) {
   for (std::size_t i = 0; i < static_cast<std::size_t>(n); ++i) {

@@ -90,6 +90,9 @@ Reader reader_of(const std::string &pass, const PassSelection &has, bool transpa
       write(vec3(r.unshadowed > 0.0f ? r.lit / r.unshadowed : 1.0f), out);
     };
   }
+  if (has.occlusion && pass == "ao") {
+    return [](const FilmTile &t, std::size_t i, float *out) { write(vec3(t.occlusion[i] * per_sample(t, i)), out); };
+  }
   if (pass.starts_with("lightgroup:")) {
     const std::string digits = pass.substr(11);
     const bool number = !digits.empty() && digits.size() < 9 &&
@@ -127,6 +130,7 @@ void FilmTile::add(const FilmTile &staged, std::uint32_t count) {
       shadow[i].lit += staged.shadow[i].lit;
       shadow[i].unshadowed += staged.shadow[i].unshadowed;
     }
+    if (!occlusion.empty()) occlusion[i] += staged.occlusion[i];
     const std::size_t n = groups.size() / pixels.size();
     for (std::size_t g = 0; g < n; ++g) groups[i * n + g] += staged.groups[i * n + g];
   }
@@ -162,11 +166,12 @@ Film::Film(int width, int height, int tile_size, const PassSelection &passes)
       if (passes.emission) t.emission.assign(n, vec3(0.0f));
       if (passes.environment) t.environment.assign(n, vec3(0.0f));
       if (passes.shadow) t.shadow.resize(n);
+      if (passes.occlusion) t.occlusion.assign(n, 0.0f);
       if (passes.light_groups > 0) t.groups.assign(n * passes.light_groups, vec3(0.0f));
       bytes_ += n * sizeof(FilmPixel) + t.samples.size() * (sizeof(vec3) + sizeof(std::uint32_t)) +
                 t.nearest.size() * sizeof(NearestRecord) + t.surface.size() * sizeof(SurfaceRecord) +
                 (t.emission.size() + t.environment.size() + t.groups.size()) * sizeof(vec3) +
-                t.shadow.size() * sizeof(ShadowRecord);
+                t.shadow.size() * sizeof(ShadowRecord) + t.occlusion.size() * sizeof(float);
     }
   }
 }

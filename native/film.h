@@ -24,9 +24,10 @@ struct PassSelection {
   bool emission = false;
   bool environment = false;
   bool shadow = false;
+  bool occlusion = false;
   bool error = false;    // adaptive sampling
   std::uint32_t light_groups = 0;
-  bool any_data() const { return nearest || surface || emission || environment || shadow; }
+  bool any_data() const { return nearest || surface || emission || environment || shadow || occlusion; }
 };
 
 // Of the camera sample nearest the pixel's centre.
@@ -61,6 +62,7 @@ struct FilmTile {
   std::vector<vec3> emission;
   std::vector<vec3> environment;
   std::vector<ShadowRecord> shadow;
+  std::vector<float> occlusion;           // sky that is free
   std::vector<vec3> groups;               // [pixel * light_groups + group]
   std::vector<vec3> odd;                  // adaptive sampling: radiance of every second sample
   std::vector<std::uint32_t> samples;     // adaptive sampling: taken by each pixel

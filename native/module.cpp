@@ -90,6 +90,7 @@ SceneInput read_scene(nb::handle buffers, std::vector<nb::object> &keep) {
   in.materials.multi_ggx = view<uint, std::uint32_t>(materials, "multi_ggx", keep);
   in.materials.pass_index = view<int, std::int32_t>(materials, "pass_index", keep);
   in.materials.emission_sampling = view<uint, std::uint32_t>(materials, "emission_sampling", keep);
+  in.materials.transmission = view<float, float>(materials, "transmission", keep);
   in.materials.emission_sides = view<uint, std::uint32_t>(materials, "emission_sides", keep);
   in.materials.models = read_models(nb::getattr(materials, "models", nb::none()), keep);
   in.material_slots = view<uint, std::uint32_t>(buffers, "material_slots", keep);
@@ -108,6 +109,12 @@ SceneInput read_scene(nb::handle buffers, std::vector<nb::object> &keep) {
   in.lights.max_bounces = view<uint, std::uint32_t>(lights, "max_bounces", keep);
   in.lights.visibility = view<uint, std::uint32_t>(lights, "visibility", keep);
   in.lights.light_group = view<int, std::int32_t>(lights, "light_group", keep);
+  in.lights.falloff = view<uint, std::uint32_t>(lights, "falloff", keep);
+  in.lights.range = view<float, float>(lights, "range", keep);
+  in.lights.polynomial = view<vec3, float>(lights, "polynomial", keep);
+  in.lights.spot_edge = view<uint, std::uint32_t>(lights, "spot_edge", keep);
+  in.lights.inner_angle = view<float, float>(lights, "inner_angle", keep);
+  in.lights.outer_angle = view<float, float>(lights, "outer_angle", keep);
 
   const nb::object world = nb::getattr(buffers, "world");
   const auto color = nb::cast<std::array<float, 3>>(nb::getattr(world, "color"));
@@ -156,6 +163,19 @@ SettingsInput read_settings(nb::handle settings) {
   in.transparent = nb::cast<bool>(nb::getattr(settings, "transparent_film"));
   in.threads = nb::cast<int>(nb::getattr(settings, "threads"));
   in.measure_tracing = nb::cast<bool>(nb::getattr(settings, "measure_tracing"));
+  in.ambient_color = nb::cast<std::array<float, 3>>(nb::getattr(settings, "ambient_color"));
+  in.ambient_strength = nb::cast<float>(nb::getattr(settings, "ambient_strength"));
+  in.use_ambient_occlusion = nb::cast<bool>(nb::getattr(settings, "use_ambient_occlusion"));
+  in.ao_distance = nb::cast<float>(nb::getattr(settings, "ao_distance"));
+  in.whitted_depth = nb::cast<std::uint32_t>(nb::getattr(settings, "whitted_depth"));
+  in.whitted_threshold = nb::cast<float>(nb::getattr(settings, "whitted_threshold"));
+  in.use_transparent_shadows = nb::cast<bool>(nb::getattr(settings, "use_transparent_shadows"));
+  in.toon_outline = nb::cast<bool>(nb::getattr(settings, "toon_outline"));
+  in.outline_width = nb::cast<float>(nb::getattr(settings, "outline_width"));
+  in.outline_color = nb::cast<std::array<float, 3>>(nb::getattr(settings, "outline_color"));
+  in.outline_normal = nb::cast<bool>(nb::getattr(settings, "outline_normal"));
+  in.outline_depth = nb::cast<bool>(nb::getattr(settings, "outline_depth"));
+  in.outline_object = nb::cast<bool>(nb::getattr(settings, "outline_object"));
   for (nb::handle pass : nb::getattr(settings, "passes")) in.passes.push_back(nb::cast<std::string>(pass));
   return in;
 }

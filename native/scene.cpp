@@ -119,6 +119,7 @@ Scene::Scene(SceneInput input, std::shared_ptr<const embree::Library> library, i
   light_group_count_ = input.light_group_count;
   prepare_materials(input.materials);
   prepare_models(input.materials.models);
+  prepare_classic(input.materials);
   material_slots_.assign(input.material_slots.begin(), input.material_slots.end());
   prepare_lights(input.lights);
   prepare_instances(input);
@@ -128,6 +129,7 @@ Scene::Scene(SceneInput input, std::shared_ptr<const embree::Library> library, i
   data_.world_visibility = input.world_visibility;
   data_.world_group = input.world_group;
   data_.lights = {lights_.data()};
+  data_.light_shapes = {light_shapes_.data()};
   data_.materials = {materials_.data()};
   data_.material_slots = {material_slots_.data()};
   data_.meshes = {meshes_.data()};
@@ -145,8 +147,8 @@ Scene::Scene(SceneInput input, std::shared_ptr<const embree::Library> library, i
     throw;
   }
   stats_.bytes = stats_.bvh_bytes + instances_.size() * sizeof(Instance) + materials_.size() * sizeof(Material) +
-                 models_.size() * sizeof(MaterialModel) + emitters_.size() * sizeof(Emitter) +
-                 material_slots_.size() * sizeof(uint);
+                 models_.size() * sizeof(MaterialModel) + classic_.size() * sizeof(ClassicMaterial) +
+                 emitters_.size() * sizeof(Emitter) + material_slots_.size() * sizeof(uint);
   for (const MeshStorage &s : storage_) stats_.bytes += (s.positions.size() + s.normals.size()) * sizeof(vec3);
 }
 
@@ -215,6 +217,7 @@ void Scene::validate(const SceneInput &in) const {
   require_size(in.lights.max_bounces, lights, "lights.max_bounces");
   require_size(in.lights.visibility, lights, "lights.visibility");
   require_size(in.lights.light_group, lights, "lights.light_group");
+  validate_light_shapes(in.lights);
 }
 
 void Scene::prepare_materials(const MaterialsInput &in) {
@@ -245,6 +248,13 @@ void Scene::prepare_materials(const MaterialsInput &in) {
 
 void Scene::prepare_lights(const LightsInput &in) {
   for (std::size_t i = 0; i < in.type.size(); ++i) lights_.push_back(light_from_blender(in, i));
+  if (in.falloff.empty()) return;
+  bool any = false;
+  for (std::size_t i = 0; i < lights_.size(); ++i) {
+    light_shapes_.push_back(shape_light(in, i, lights_[i]));
+    any |= (lights_[i].flags & LIGHT_SHAPED) != 0;
+  }
+  if (!any) light_shapes_.clear();
 }
 
 void Scene::prepare_instances(const SceneInput &in) {
@@ -424,6 +434,7 @@ void Scene::prepare_features() {
   }
   const bool world = max(max(data_.world.x, data_.world.y), data_.world.z) > 0.0f;
   if (soft) features_ |= FEATURE_SOFT_LIGHTS;
+  if (!light_shapes_.empty()) features_ |= FEATURE_LIGHT_SHAPES;
   if (models) features_ |= FEATURE_MODELS;
   if (specular || models) features_ |= FEATURE_SPECULAR;
   if (emissive) features_ |= FEATURE_EMISSIVE_MESHES;

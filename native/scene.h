@@ -62,6 +62,7 @@ struct MaterialsInput {
   std::span<const uint> emission_sampling;
   std::span<const uint> emission_sides;  // 1 front, 2 back, 3 both; none: both
   ModelsInput models;
+  std::span<const float> transmission;  // none: 0
 };
 
 struct LightsInput {
@@ -78,6 +79,13 @@ struct LightsInput {
   std::span<const uint> max_bounces;
   std::span<const uint> visibility;
   std::span<const int> light_group;
+  // What follows may be empty: lamps are then Blender's.
+  std::span<const uint> falloff;
+  std::span<const float> range;
+  std::span<const vec3> polynomial;
+  std::span<const uint> spot_edge;
+  std::span<const float> inner_angle;
+  std::span<const float> outer_angle;
 };
 
 struct SceneInput {
@@ -103,6 +111,9 @@ struct SceneStats {
 // Radiometry and geometry of one lamp from Blender's units (see blender-facts in the project's notes, measured on
 // Cycles).
 Light light_from_blender(const LightsInput &lights, std::size_t index);
+// How the lamp falls off and ends; marks `light` with LIGHT_SHAPED where that is not Blender's way.
+LightShape shape_light(const LightsInput &lights, std::size_t index, Light &light);
+void validate_light_shapes(const LightsInput &lights);
 
 class Scene {
  public:
@@ -134,6 +145,7 @@ class Scene {
   void validate(const SceneInput &input) const;
   void prepare_materials(const MaterialsInput &input);
   void prepare_models(const ModelsInput &input);  // after prepare_materials
+  void prepare_classic(const MaterialsInput &input);
   void prepare_lights(const LightsInput &input);
   void prepare_instances(const SceneInput &input);
   void prepare_meshes(SceneInput &input);
@@ -162,8 +174,10 @@ class Scene {
   std::vector<uint> first_instances_;  // by geometry of the top-level BVH
   std::vector<Material> materials_;
   std::vector<MaterialModel> models_;
+  std::vector<ClassicMaterial> classic_;
   std::vector<uint> material_slots_;
   std::vector<Light> lights_;
+  std::vector<LightShape> light_shapes_;  // empty where no lamp is LIGHT_SHAPED
   std::vector<Emitter> emitters_;
   SceneData data_{};
   SceneStats stats_;

@@ -13,6 +13,7 @@
 #endif
 
 #include "../kernels/sampling.h"
+#include "integrators.h"
 
 namespace cotorra {
 namespace {
@@ -78,6 +79,8 @@ PassSelection select_passes(const SettingsInput &settings, std::uint32_t light_g
       p.environment = true;
     } else if (name == "shadow") {
       p.shadow = true;
+    } else if (name == "ao") {
+      p.occlusion = true;
     } else if (name.starts_with("lightgroup:")) {
       p.light_groups = light_groups;
     } else {
@@ -117,9 +120,6 @@ Session::Session(std::shared_ptr<const Scene> scene, const CameraInput &camera, 
       tile_passes_(film_.tile_count()) {
   require(settings.samples >= 1 && settings.samples <= kMaxSamples, "settings.samples",
           std::to_string(settings.samples), "1 to 16777216");
-  const bool path = settings.integrator == "PATH";
-  require(path || settings.integrator == "DIRECT", "settings.integrator", "'" + settings.integrator + "'",
-          "DIRECT or PATH");
   const auto samples = static_cast<std::uint32_t>(settings.samples);
 
   scene_data_.filter_table = {filter_table_.data()};
@@ -127,16 +127,14 @@ Session::Session(std::shared_ptr<const Scene> scene, const CameraInput &camera, 
   job_.camera = camera_data(camera);
   job_.region_x = camera.region[0];
   job_.region_y = camera.region[1];
-  job_.limits = {path ? settings.max_bounces : 0u, path ? settings.diffuse_bounces : 0u,
-                 path ? settings.glossy_bounces : 0u, 2u};
   job_.passes = passes_;
   job_.bvh = scene_->bvh();
   job_.rtc = &scene_->api();
   job_.first_instances = scene_->first_instances();
   job_.embree_features = embree::kFeatureTriangle | (scene_->instanced() ? embree::kFeatureInstanceArray : 0u);
-  job_.features = scene_->features();
-  if (path && settings.max_bounces > 0) job_.features |= FEATURE_BOUNCES;
+  apply_integrator(settings, camera, *scene_, job_, scene_data_);
   if (passes_.any_data()) job_.features |= FEATURE_DATA_PASSES;
+  if (passes_.occlusion) job_.features |= FEATURE_OCCLUSION;
   if (passes_.light_groups > 0) job_.features |= FEATURE_LIGHT_GROUPS;
   job_.seed = settings.seed;
   job_.sample_bits = std::min(static_cast<std::uint32_t>(std::bit_width(samples - 1u)), SAMPLE_BITS_MAX);

@@ -42,6 +42,17 @@ struct SettingsInput {  // addon/export/buffers.py, RenderSettings
   int threads = 0;
   bool measure_tracing = false;
   std::vector<std::string> passes;
+  std::array<float, 3> ambient_color{1.0f, 1.0f, 1.0f};
+  float ambient_strength = 0.0f;
+  bool use_ambient_occlusion = false;
+  float ao_distance = 10.0f;
+  std::uint32_t whitted_depth = 8;
+  float whitted_threshold = 0.003f;
+  bool use_transparent_shadows = false;
+  bool toon_outline = true;
+  float outline_width = 0.3f;  // percent of the picture's height
+  std::array<float, 3> outline_color{};
+  bool outline_normal = true, outline_depth = true, outline_object = true;
 };
 
 struct SessionStats {

@@ -111,7 +111,7 @@ def lights(rng: np.random.Generator, n: int) -> np.ndarray:
         axis=directions(),
         radiance=colors(20.0),
         type=choices(known['LIGHT_POINT'], known['LIGHT_SUN'], known['LIGHT_SPOT']),
-        flags=integers(16),
+        flags=integers(32),
         visibility=integers(64),
         group=integers(3),
         max_bounces=integers(4),
@@ -129,6 +129,25 @@ def lights(rng: np.random.Generator, n: int) -> np.ndarray:
     local_x = np.cross(helper, local_z)
     local_x /= np.linalg.norm(local_x, axis=1, keepdims=True)
     values['local_x'], values['local_y'], values['local_z'] = local_x, np.cross(local_z, local_x), local_z
+    return values
+
+
+def light_shapes(rng: np.random.Generator, n: int) -> np.ndarray:
+    """Falloffs and edges as native/scene_lights.cpp writes them; some ranges and polynomials are 0."""
+    edges = rng.integers(0, 3, n)
+    outer = rng.uniform(0.1, np.pi / 2, n)
+    inner = outer * rng.uniform(0.0, 0.99, n)
+    linear = edges == constants()['SPOT_EDGE_LINEAR']
+    inner, outer = (np.where(linear, angle, 1.0 - np.cos(angle)) for angle in (inner, outer))
+    values = records(
+        'LightShape',
+        falloff=integers(3),
+        inverse_range=choices(1e30, 1.0, 0.2, 0.05),
+        c0=choices(0.0, 0.0, 1.0),
+        c1=choices(0.0, 0.0, 0.7),
+        c2=choices(0.0, 1.0, 0.3),
+    )(rng, n)
+    values['edge'], values['edge_end'], values['edge_scale'] = edges, outer, 1.0 / (outer - inner)
     return values
 
 
@@ -205,11 +224,13 @@ def scene() -> Scene:
         data=data,
         arrays={
             'lights': lights(rng, LIGHTS),
+            'light_shapes': light_shapes(np.random.default_rng(2), LIGHTS),
             'materials': materials(rng, MATERIALS),
             'material_slots': rng.integers(0, MATERIALS, INSTANCES + 4).astype(np.uint32),
             'meshes': meshes,
             'instances': instances,
             'emitters': emitters,
+            'classic': np.zeros(MATERIALS, dtype_of('ClassicMaterial')),
             'albedo': rng.uniform(0.4, 1.0, known['ALBEDO_SIZE']).astype(np.float32),
             'filter_table': np.sort(rng.uniform(-1.0, 1.0, known['FILTER_TABLE_SIZE'])).astype(np.float32),
         },

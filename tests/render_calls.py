@@ -24,6 +24,7 @@ NAMES_4 = {
     'Diffuse Color': 'DiffCol',
     'Emission': 'Emit',
     'Environment': 'Env',
+    'Ambient Occlusion': 'AO',
 }
 
 

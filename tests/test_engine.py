@@ -31,6 +31,7 @@ DATA_PASSES = {
     'use_pass_emit': ('Emission', 'RGB'),
     'use_pass_environment': ('Environment', 'RGB'),
     'use_pass_shadow': ('Shadow', 'RGB'),
+    'use_pass_ambient_occlusion': ('Ambient Occlusion', 'RGB'),
 }
 
 

@@ -14,13 +14,20 @@ from pathlib import Path
 import pytest
 
 import kernel_cases
+import kernel_cases_integrators
+import kernel_cases_lights
 import kernel_cases_path
 import kernel_source as kernels
 from kernel_inputs import scene
 from kernel_parity import ALL_FEATURES, Case, build_cpu, differences, run_cpu, run_vulkan
 from vulkan import Runner, open_lavapipe
 
-CASES = [*kernel_cases.CASES, *kernel_cases_path.CASES]
+CASES = [
+    *kernel_cases.CASES,
+    *kernel_cases_lights.CASES,
+    *kernel_cases_path.CASES,
+    *kernel_cases_integrators.CASES,
+]
 
 
 @pytest.fixture(scope='module')

@@ -21,9 +21,12 @@ from native_build import BUILD, ROOT, build_module, build_program, compiler
 
 NATIVE = [
     f'native/{name}.cpp'
-    for name in ('embree', 'scene', 'scene_bvh', 'film', 'session', 'features', 'cpu_kernels', 'cpu_kernel')
+    for name in (
+        *('embree', 'scene', 'scene_bvh', 'scene_models', 'scene_classic', 'film', 'session', 'integrators'),
+        *('features', 'cpu_kernels', 'cpu_kernel'),
+    )
 ]
-ALL_FEATURES = 511
+ALL_FEATURES = 0x1FFFF
 MEMORY = ('-fsanitize=address,undefined', '-fno-sanitize-recover=all')
 THREADS = ('-fsanitize=thread',)
 
@@ -89,7 +92,7 @@ def test_module(generated: Path) -> None:
     folders = (package / 'include', package / 'src', package / 'ext/robin_map/include', sysconfig.get_path('include'))
     flags = [*kernel_flags(2, generated, MEMORY), *(f'-isystem{path}' for path in folders)]
     flags += ['-DCOTORRA_VERSION="test"', '-fvisibility=hidden', '-fno-strict-aliasing']
-    built = build_module('cotorra_native', ['native/module.cpp', library, *NATIVE], flags)
+    built = build_module('cotorra_native', ['native/module.cpp', 'native/python_models.cpp', library, *NATIVE], flags)
     command = [sys.executable, ROOT / 'tests' / 'module_border.py', built, embree_library()]
     runtime = subprocess.run([*compiler(), '-print-file-name=libasan.so'], capture_output=True, text=True, check=True)
     standard = subprocess.run(

@@ -75,7 +75,7 @@ def export_scene(
     if needed.object_spaces:
         spaces = InstanceSpaces(inverse(objects.transform).astype(np.float32))
         objects = replace(objects, spaces=spaces)
-    surfaces, slots = materials.material_arrays(table, needed)
+    surfaces, slots = materials.material_arrays(table, needed, engine_scene)
     return SceneBuffers(
         meshes=tuple(meshes.arrays),
         instances=objects,

@@ -21,8 +21,6 @@ VISIBLE_CAMERA, VISIBLE_DIFFUSE, VISIBLE_GLOSSY = 1, 2, 4
 VISIBLE_TRANSMISSION, VISIBLE_VOLUME, VISIBLE_SHADOW = 8, 16, 32
 
 LIGHT_POINT, LIGHT_SUN, LIGHT_SPOT = 0, 1, 2
-FALLOFF_PHYSICAL, FALLOFF_RANGED, FALLOFF_POLYNOMIAL = 0, 1, 2
-SPOT_EDGE_BLENDER, SPOT_EDGE_LINEAR, SPOT_EDGE_SQUARED = 0, 1, 2
 
 # Inputs of a material that may read an image: columns of `MaterialTextures.inputs` (TEXTURED_* in the kernels).
 TEXTURED_INPUTS = (
@@ -220,6 +218,7 @@ class Materials:
 
     emission is colour × strength. emission_sampling: 1 = sampled as a light, 0 = only found by rays.
     emission_sides: 1 = the front of a face emits, 2 = its back, 3 = both; None = both everywhere.
+    transmission: share of the light that is clear glass's; only WHITTED reads it. None = 0 everywhere.
     models: None where all are Principled and the integrator needs none of their parameters.
     """
 
@@ -238,6 +237,7 @@ class Materials:
     names: tuple[str, ...] = ()
     textures: MaterialTextures | None = None
     models: MaterialModels | None = None
+    transmission: F32 | None = None  # (M,)
 
 
 @dataclass(frozen=True, slots=True)
@@ -264,10 +264,10 @@ class Lights:
     visibility: U32  # (L,)
     light_group: I32  # (L,)
     names: tuple[str, ...] = ()
-    falloff: U32 | None = None  # (L,) FALLOFF_*; a sun's is PHYSICAL
+    falloff: U32 | None = None  # (L,) counts choices.FALLOFFS; a sun's is PHYSICAL
     range: F32 | None = None  # (L,) metres
     polynomial: F32 | None = None  # (L, 3) c0, c1, c2
-    spot_edge: U32 | None = None  # (L,) SPOT_EDGE_*; BLENDER for all but spots
+    spot_edge: U32 | None = None  # (L,) counts choices.SPOT_EDGES; BLENDER for all but spots
     inner_angle: F32 | None = None  # (L,) radians from the axis, at most outer_angle
     outer_angle: F32 | None = None  # (L,) radians from the axis
 
@@ -379,5 +379,6 @@ PASSES = {
     'emission': 3,
     'environment': 3,
     'shadow': 3,
+    'ao': 3,
     'sample_count': 1,
 }

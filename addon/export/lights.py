@@ -13,6 +13,7 @@ import numpy as np
 
 from .. import compat
 from ..log import Log
+from .beams import Beam, beam_arrays, read_beam
 from .buffers import F32, I32, LIGHT_POINT, LIGHT_SPOT, LIGHT_SUN, Lights
 from .closures import Color
 from .nodes import Trees, node_inputs, output_node
@@ -39,6 +40,7 @@ class Lamp:
     max_bounces: int
     visibility: int
     light_group: int
+    beam: Beam
 
 
 def read_lamp(obj: bpy.types.Object, visibility: int, light_group: int, trees: Trees, log: Log) -> Lamp | None:
@@ -52,6 +54,9 @@ def read_lamp(obj: bpy.types.Object, visibility: int, light_group: int, trees: T
         return None
     if not np.isfinite(strength).all():
         log.warning(f'Light "{obj.name}": its strength is not a finite number: left out')
+        return None
+    beam = read_beam(light, obj.name, log)
+    if beam is None:
         return None
     spot = light.type == 'SPOT'
     settings = getattr(light, 'cycles', None)  # absent where the Cycles add-on is disabled
@@ -69,6 +74,7 @@ def read_lamp(obj: bpy.types.Object, visibility: int, light_group: int, trees: T
         max_bounces=getattr(settings, 'max_bounces', MAX_BOUNCES),
         visibility=visibility,
         light_group=light_group,
+        beam=beam,
     )
 
 
@@ -98,6 +104,7 @@ def light_arrays(lamps: list[Lamp], transforms: F32, lamp_of: I32, log: Log) -> 
         visibility=column('visibility', np.uint32),
         light_group=column('light_group', np.int32),
         names=tuple(lamps[index].name for index in lamp_of),
+        **beam_arrays([lamps[index].beam for index in lamp_of]),
     )
 
 

@@ -18,6 +18,7 @@ from .buffers import TEXTURED_INPUTS, U32, Materials, MaterialTextures
 from .closures import Bsdf, diffuse, principled
 from .images import ImageTable
 from .layers import Layers
+from .models import model_arrays
 from .nodes import Trees, node_inputs, output_node
 from .surface import Reader, read_closure, warn_missing_images
 from .textures import BLACK, Color, NormalMap, Texture, constant, slot_array
@@ -56,6 +57,7 @@ class MaterialTable:
     images: ImageTable
     rows: list[Row] = field(default_factory=lambda: [Row(DEFAULT_NAME)])
     slots: list[int] = field(default_factory=list)
+    owners: list[bpy.types.Material | None] = field(default_factory=lambda: [None])
     _index: dict[bpy.types.Material, int] = field(default_factory=dict)
     _runs: dict[tuple[int, ...], int] = field(default_factory=dict)
 
@@ -67,6 +69,7 @@ class MaterialTable:
         if index is None:
             index = self._index[material] = len(self.rows)
             self.rows.append(_read(material, self))
+            self.owners.append(material)
         return index
 
     def run(self, indices: tuple[int, ...]) -> int:
@@ -92,8 +95,8 @@ def slot_materials(
     return materials or [None]
 
 
-def material_arrays(table: MaterialTable, layers: Layers) -> tuple[Materials, U32]:
-    """The table as arrays: the materials, and `material_slots`."""
+def material_arrays(table: MaterialTable, layers: Layers, scene: bpy.types.Scene) -> tuple[Materials, U32]:
+    """The table as arrays: the materials, and `material_slots`. The scene is the evaluated one."""
     rows = table.rows
     bsdfs = [row.bsdf for row in rows]
     floats = {
@@ -118,6 +121,7 @@ def material_arrays(table: MaterialTable, layers: Layers) -> tuple[Materials, U3
         emission_sampling=np.array([row.emission_sampling for row in rows], np.uint32),
         emission_sides=np.array([row.emission_sides for row in rows], np.uint32),
         names=tuple(row.name for row in rows),
+        models=model_arrays(table.owners, scene, table.log),
         textures=texture_arrays(rows, layers),
     )
     return materials, np.array(table.slots, np.uint32)

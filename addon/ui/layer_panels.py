@@ -46,6 +46,7 @@ class COTORRA_VIEWLAYER_PT_passes_light(CotorraPanel, bpy.types.Panel):
         other.prop(layer, 'use_pass_emit', text='Emission')
         other.prop(layer, 'use_pass_environment')
         other.prop(layer, 'use_pass_shadow')
+        other.prop(layer, 'use_pass_ambient_occlusion')
 
 
 class COTORRA_VIEWLAYER_PT_passes_light_groups(ViewLayerLightgroupsPanelHelper, bpy.types.Panel):

@@ -71,7 +71,7 @@ struct Arrays {
   std::vector<float> transform, terminator;
   std::vector<int> pass_index, light_group;
   std::vector<vec3> base_color, specular_tint, emission;
-  std::vector<float> metallic, roughness, ior, specular_level, alpha;
+  std::vector<float> metallic, roughness, ior, specular_level, alpha, transmission;
   std::vector<uint> multi_ggx, emission_sampling, emission_sides, material_slots;
   std::vector<int> material_index;
   std::vector<uint> light_type, soft_falloff, normalize, cast_shadow, use_mis, max_bounces, light_visibility;
@@ -99,6 +99,7 @@ struct Arrays {
     ior.push_back(1.5f);
     specular_level.push_back(0.5f);
     alpha.push_back(1.0f);
+    transmission.push_back(rough == 0.0f ? 0.8f : 0.0f);
     multi_ggx.push_back(1);
     emission_sampling.push_back(1);
     emission_sides.push_back(3);
@@ -142,6 +143,7 @@ struct Arrays {
     scene.materials = {base_color,     metallic,       roughness,         ior,
                        specular_level, specular_tint,  emission,          alpha,
                        multi_ggx,      material_index, emission_sampling, emission_sides};
+    scene.materials.transmission = transmission;
     scene.material_slots = material_slots;
     scene.lights = {light_type, strength,    light_transform, size,        spot_size,        spot_blend, soft_falloff,
                     normalize,  cast_shadow, use_mis,         max_bounces, light_visibility, lamp_group};
@@ -160,7 +162,7 @@ Arrays make_arrays() {
   a.add_instance(1, 3.0f, vec3(0.0f, 0.0f, -1.0f), 1);
   a.add_instance(2, 1.0f, vec3(0.0f), 0);
   a.add_material(vec3(0.8f, 0.5f, 0.2f), 0.0f, 0.5f, vec3(0.0f));
-  a.add_material(vec3(0.9f), 1.0f, 0.1f, vec3(0.0f));
+  a.add_material(vec3(0.9f), 0.5f, 0.0f, vec3(0.0f));
   a.add_material(vec3(0.1f), 0.0f, 1.0f, vec3(2.0f, 3.0f, 1.0f));
   a.material_slots = {0, 1, 2};
   a.add_light(LIGHT_POINT, vec3(30.0f), vec3(1.0f, 1.0f, 2.0f), 0.2f);
@@ -184,9 +186,13 @@ SettingsInput make_settings(const char *integrator, int threads) {
   settings.integrator = integrator;
   settings.samples = 5;
   settings.threads = threads;
-  settings.passes = {"combined",     "depth",          "position",      "normal",      "uv",
-                     "object_index", "material_index", "diffuse_color", "emission",    "environment",
-                     "shadow",       "sample_count",   "lightgroup:0",  "lightgroup:1"};
+  settings.ambient_strength = 0.2f;
+  settings.use_ambient_occlusion = true;
+  settings.use_transparent_shadows = true;
+  settings.whitted_threshold = 0.01f;
+  settings.passes = {"combined",     "depth",          "position",      "normal",       "uv",
+                     "object_index", "material_index", "diffuse_color", "emission",     "environment",
+                     "shadow",       "sample_count",   "lightgroup:0",  "lightgroup:1", "ao"};
   return settings;
 }
 
@@ -219,7 +225,7 @@ bool throws(const std::function<void()> &f) {
 // ---- Tests
 
 void test_same_bits_on_any_threads(const std::shared_ptr<const Scene> &scene) {
-  for (const char *integrator : {"DIRECT", "PATH"}) {
+  for (const char *integrator : {"DIRECT", "PATH", "WHITTED", "AO", "TOON"}) {
     std::vector<std::vector<float>> images;
     for (const int threads : {1, 4}) {
       const SettingsInput settings = make_settings(integrator, threads);

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Exports of scenes for tests: as the viewport sees them, and from inside a final render as an engine sees them.
 
-The engine here renders nothing: it hands its depsgraph on.
+The engine here renders nothing: it hands its depsgraph on. Cotorra is registered, since its settings are exported.
 """
 
 from __future__ import annotations
@@ -10,9 +10,12 @@ from collections.abc import Callable
 from typing import Any
 
 import bpy
+import cotorra
 from cotorra import export
 from cotorra.export.buffers import Camera, SceneBuffers
 from cotorra.log import Log
+
+cotorra.register()
 
 
 def exported(scene: bpy.types.Scene, log: Log | None = None) -> SceneBuffers:

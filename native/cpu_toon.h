@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Toon on a CPU: counts the lamps that light each lane, and finds lines by tracing rays around each camera ray.
+// Included by cpu_kernel.cpp alone.
+#pragma once
+
+#include "cpu_visibility.h"
+
+namespace cotorra {
+namespace {
+
+// Lamps that light each lane's point fully.
+void count_lamps(const Tracer &t, int lanes) {
+  Batch &b = t.batch;
+  const SceneData &scene = *t.job.scene;
+  Array<uint, kLanes> &lit = b.classic->lit;
+  std::fill_n(lit.data(), lanes, 0u);
+  VisibilityQueue queue(t, [&lit](uint lane, bool visible) { lit[lane] += visible ? 1u : 0u; });
+  for (uint light = 0; light < scene.light_count; ++light) {
+    for (std::size_t i = 0; i < static_cast<std::size_t>(lanes); ++i) {
+      ShadowRay ray;
+      if (!toon_light_ray(scene, light, b.surface[i], ray)) continue;
+      if (ray.visibility == 0u) {
+        ++lit[i];
+      } else {
+        queue.push(ray, static_cast<uint>(i));
+      }
+    }
+  }
+  queue.flush();
+}
+
+OutlinePoint outline_point(const RenderJob &job, const Hit &hit, vec3 direction) {
+  OutlinePoint point{};
+  point.instance = hit.instance;
+  if (hit.instance == INVALID_ID) return point;
+  Surface s;
+  surface_from_hit(*job.scene, hit, direction, s);
+  point.p = s.p;
+  point.n = s.n;
+  point.ng = s.ng;
+  point.height = outline_height(job.camera, job.classic.rows, s.p);
+  return point;
+}
+
+// The camera rays of all lanes, moved by x, y pixels.
+void start_moved(const Tracer &t, int lanes, float x, float y) {
+  const Batch &b = t.batch;
+  for (std::size_t i = 0; i < static_cast<std::size_t>(lanes); ++i) {
+    CameraRay ray;
+    // Pixel centres and filter offsets, as camera_packets left them.
+    camera_ray(t.job.camera, b.u2[i] + b.u[i] + x, b.v2[i] + b.v[i] + y, ray);
+    start_ray(b.classic->around[i / kWidth], i % kWidth, ray.origin, ray.direction, ray.t_min, ray.t_max,
+              VISIBLE_CAMERA);
+  }
+}
+
+// Gathers what the rays around each lane's camera ray meet, which is traced already.
+void gather_outlines(const Tracer &t, int lanes) {
+  ClassicLanes &c = *t.batch.classic;
+  const auto hit_point = [&t](const embree::RayHit<kWidth> *packets, std::size_t i) {
+    const embree::RayHit<kWidth> &p = packets[i / kWidth];
+    const std::size_t k = i % kWidth;
+    return outline_point(t.job, packet_hit(t.job, p, k), packet_direction(p, k));
+  };
+  for (std::size_t i = 0; i < static_cast<std::size_t>(lanes); ++i) {
+    c.middle[i] = hit_point(t.batch.packets.data(), i);
+    outline_begin(c.sums[i]);
+  }
+  for (uint ray = 0; ray < OUTLINE_RAYS; ++ray) {
+    const float x = static_cast<float>(ray % 3u) - 1.0f;
+    const float y = static_cast<float>(ray / 3u) - 1.0f;
+    if (x == 0.0f && y == 0.0f) continue;  // the middle has no weight
+    start_moved(t, lanes, x * t.job.classic.outline_x, y * t.job.classic.outline_y);
+    trace_packets(t, c.around.data(), lanes);
+    t.counts.camera += static_cast<std::uint64_t>(lanes);
+    for (std::size_t i = 0; i < static_cast<std::size_t>(lanes); ++i) {
+      const OutlinePoint point = hit_point(c.around.data(), i);
+      outline_add(c.middle[i], ray, point.instance, point.p, point.n, c.sums[i]);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace cotorra

@@ -1,0 +1,105 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Tracing for the integrators beside Direct and Path: packets of rays that ask whether something is in the way, and
+// what an answered packet says. Included by cpu_kernel.cpp alone.
+#pragma once
+
+#include "cpu_batch.h"
+
+namespace cotorra {
+namespace {
+
+// What a batch is traced with.
+struct Tracer {
+  const RenderJob &job;
+  Batch &batch;
+  embree::QueryArguments &arguments;
+  RayCounts &counts;
+};
+
+// Collects shadow rays to packets. answer(target, visible) is called for each ray, in the order of push.
+template <class Answer>
+class VisibilityQueue {
+ public:
+  VisibilityQueue(const Tracer &tracer, Answer answer) : t_(tracer), answer_(answer) {}
+
+  void push(const ShadowRay &ray, uint target) {
+    const auto k = static_cast<std::size_t>(count_);
+    rays_.org_x[k] = ray.origin.x;
+    rays_.org_y[k] = ray.origin.y;
+    rays_.org_z[k] = ray.origin.z;
+    rays_.dir_x[k] = ray.direction.x;
+    rays_.dir_y[k] = ray.direction.y;
+    rays_.dir_z[k] = ray.direction.z;
+    rays_.tnear[k] = 0.0f;
+    rays_.tfar[k] = ray.t_max;
+    rays_.time[k] = 0.0f;
+    rays_.mask[k] = ray.visibility;
+    target_[k] = target;
+    if (++count_ == kWidth) flush();
+  }
+
+  void flush() {
+    if (count_ == 0) return;
+    alignas(64) int valid[kWidth];
+    for (int k = 0; k < kWidth; ++k) valid[k] = k < count_ ? -1 : 0;
+    if (t_.batch.recording) t_.batch.recorded.push_back({{rays_, {}}, count_, t_.arguments.flags, true});
+    occluded(*t_.job.rtc, valid, t_.job.bvh, &rays_, &t_.arguments);
+    // Embree sets tfar to -infinity where something is in the way.
+    for (std::size_t k = 0; k < static_cast<std::size_t>(count_); ++k) answer_(target_[k], rays_.tfar[k] >= 0.0f);
+    t_.counts.shadow += static_cast<std::uint64_t>(count_);
+    count_ = 0;
+  }
+
+ private:
+  const Tracer &t_;
+  Answer answer_;
+  embree::Ray<kWidth> rays_{};
+  std::array<uint, kWidth> target_{};
+  int count_ = 0;
+};
+
+// What ray k of a packet met; instance is INVALID_ID where it met nothing.
+Hit packet_hit(const RenderJob &job, const embree::RayHit<kWidth> &p, std::size_t k) {
+  Hit hit{p.ray.tfar[k], p.hit.u[k], p.hit.v[k], p.hit.prim_id[k], INVALID_ID};
+  if (p.hit.geom_id[k] == embree::kInvalidId) return hit;
+  const bool instanced = p.hit.inst_id[k] != embree::kInvalidId;
+  hit.instance =
+      instanced ? job.first_instances[p.hit.inst_id[k]] + p.hit.inst_prim_id[k] : job.first_instances[p.hit.geom_id[k]];
+  return hit;
+}
+
+vec3 packet_direction(const embree::RayHit<kWidth> &p, std::size_t k) {
+  return {p.ray.dir_x[k], p.ray.dir_y[k], p.ray.dir_z[k]};
+}
+
+// The nearest surfaces of the first `rays` rays of `packets`.
+void trace_packets(const Tracer &t, embree::RayHit<kWidth> *packets, int rays) {
+  alignas(64) int valid[kWidth];
+  for (int first = 0; first < rays; first += kWidth) {
+    embree::RayHit<kWidth> &packet = packets[first / kWidth];
+    for (int k = 0; k < kWidth; ++k) valid[k] = first + k < rays ? -1 : 0;
+    if (t.batch.recording)
+      t.batch.recorded.push_back({packet, std::min(kWidth, rays - first), t.arguments.flags, false});
+    intersect(*t.job.rtc, valid, t.job.bvh, &packet, &t.arguments);
+  }
+}
+
+void start_ray(embree::RayHit<kWidth> &p, std::size_t k, vec3 origin, vec3 direction, float t_min, float t_max,
+               uint mask) {
+  p.ray.org_x[k] = origin.x;
+  p.ray.org_y[k] = origin.y;
+  p.ray.org_z[k] = origin.z;
+  p.ray.dir_x[k] = direction.x;
+  p.ray.dir_y[k] = direction.y;
+  p.ray.dir_z[k] = direction.z;
+  p.ray.tnear[k] = t_min;
+  p.ray.tfar[k] = t_max;
+  p.ray.time[k] = 0.0f;
+  p.ray.mask[k] = mask;
+  p.hit.geom_id[k] = embree::kInvalidId;
+  p.hit.inst_id[k] = embree::kInvalidId;
+  p.hit.inst_prim_id[k] = 0;
+}
+
+}  // namespace
+}  // namespace cotorra

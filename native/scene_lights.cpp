@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Derives how lamps fall off and end at the edge of their cone, where that is not Blender's way
+// (kernels/light_shape.h). Blender's own lamps are scene.cpp's.
+#include <cmath>
+#include <numbers>
+#include <string>
+
+#include "scene.h"
+
+namespace cotorra {
+namespace {
+
+constexpr float kHard = 1e30f;  // scale of a ramp without a width: a step, and still a number
+
+void require_choice(uint value, uint count, const char *name, std::size_t index) {
+  if (value < count) return;
+  throw std::invalid_argument(std::string("lights.") + name + "[" + std::to_string(index) +
+                              "] = " + std::to_string(value) + ", must be below " + std::to_string(count));
+}
+
+void require_not_negative(float value, const char *name, std::size_t index) {
+  if (value >= 0.0f && std::isfinite(value)) return;
+  throw std::invalid_argument(std::string("lights.") + name + "[" + std::to_string(index) +
+                              "] = " + std::to_string(value) + ", must be 0 or more");
+}
+
+// 1 / x of a width or a range; 0 gives what is as good as infinite.
+float inverse(double x) { return x > 1e-30 ? static_cast<float>(1.0 / x) : kHard; }
+
+double versine(double angle) { return 2.0 * std::pow(std::sin(0.5 * angle), 2.0); }
+
+}  // namespace
+
+void validate_light_shapes(const LightsInput &in) {
+  if (in.falloff.empty()) return;
+  const std::size_t n = in.type.size();
+  if (in.falloff.size() != n || in.range.size() != n || in.polynomial.size() != n || in.spot_edge.size() != n ||
+      in.inner_angle.size() != n || in.outer_angle.size() != n) {
+    throw std::invalid_argument("lights.falloff and the arrays that go with it must have " + std::to_string(n) +
+                                " entries each");
+  }
+  for (std::size_t i = 0; i < n; ++i) {
+    require_choice(in.falloff[i], 3, "falloff", i);
+    require_choice(in.spot_edge[i], 3, "spot_edge", i);
+    require_not_negative(in.range[i], "range", i);
+    require_not_negative(in.polynomial[i].x, "polynomial", i);
+    require_not_negative(in.polynomial[i].y, "polynomial", i);
+    require_not_negative(in.polynomial[i].z, "polynomial", i);
+    require_not_negative(in.inner_angle[i], "inner_angle", i);
+    require_not_negative(in.outer_angle[i], "outer_angle", i);
+  }
+}
+
+LightShape shape_light(const LightsInput &in, std::size_t i, Light &light) {
+  LightShape shape{};
+  if (light.type == LIGHT_SUN) return shape;  // it has neither a distance nor a cone
+  shape.falloff = in.falloff[i];
+  shape.edge = light.type == LIGHT_SPOT ? in.spot_edge[i] : SPOT_EDGE_BLENDER;
+  if (shape.falloff == FALLOFF_PHYSICAL && shape.edge == SPOT_EDGE_BLENDER) return shape;
+  light.flags |= LIGHT_SHAPED;
+  shape.inverse_range = inverse(static_cast<double>(in.range[i]));
+  shape.c0 = in.polynomial[i].x;
+  shape.c1 = in.polynomial[i].y;
+  shape.c2 = in.polynomial[i].z;
+  if (shape.edge == SPOT_EDGE_BLENDER) return shape;
+  // An inner angle beyond the outer one is the outer one; spots end at 90 degrees, as Blender's do.
+  const double outer = std::min(static_cast<double>(in.outer_angle[i]), 0.5 * std::numbers::pi);
+  const double inner = std::min(static_cast<double>(in.inner_angle[i]), outer);
+  const bool linear = shape.edge == SPOT_EDGE_LINEAR;
+  shape.edge_end = static_cast<float>(linear ? outer : versine(outer));
+  shape.edge_scale = inverse(linear ? outer - inner : versine(outer) - versine(inner));
+  // Blender's own cone, which this one replaces, is open everywhere.
+  light.cos_spot = -2.0f;
+  light.spot_scale = 1.0f;
+  return shape;
+}
+
+}  // namespace cotorra

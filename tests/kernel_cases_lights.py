@@ -1,0 +1,40 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The table of kernel functions that CPU and Vulkan must agree on, continued: falloffs and spot edges.
+
+What Blender's own lamps need stands in kernel_cases.py.
+"""
+
+from __future__ import annotations
+
+from kernel_cases import DIRECTION, LIGHT, POINT, POSITIVE, ROUNDING
+from kernel_inputs import LIGHTS, integers, light_shapes, magnitudes, uniform
+from kernel_parity import Case, Tolerance
+
+SHAPE = ('LightShape', light_shapes)
+# A ramp's slope enlarges the rounding of where on it a direction lies: by up to 1e3 in these inputs.
+RAMP = Tolerance(16, 'Vulkan may take 1 / sqrt for normalize, and a steep ramp enlarges it', absolute=2e-4)
+
+CASES = [
+    Case(
+        'light_falloffs',
+        'a = angle_from_versine(v); b = light_falloff(shape, d);',
+        {'v': ('float', uniform(0.0, 2.0)), 'shape': SHAPE, 'd': POSITIVE},
+        {'a': 'float', 'b': 'float'},
+        ROUNDING,
+    ),
+    Case(
+        'light_edges',
+        'a = light_spot_edge(shape, light, wi); b = light_shape(shape, light, light.position + wi * d, wi);',
+        {'shape': SHAPE, 'light': LIGHT, 'wi': DIRECTION, 'd': ('float', magnitudes(1e-3, 30.0))},
+        {'a': 'float', 'b': 'float'},
+        RAMP,
+    ),
+    Case(
+        'scene_light_shapes',
+        'a = scene_light_shape(scene, index, LOAD(scene.lights, index), p, wi);',
+        {'index': ('uint', integers(LIGHTS)), 'p': POINT, 'wi': DIRECTION},
+        {'a': 'float'},
+        RAMP,
+        scene=True,
+    ),
+]
