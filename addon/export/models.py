@@ -14,6 +14,7 @@ import numpy as np
 
 from .. import choices
 from ..log import Log
+from ..material_settings import CotorraMaterialSettings
 from .buffers import MaterialModels
 
 # Lists that the numbers of an enumeration count.
@@ -58,7 +59,7 @@ def model_arrays(
 
 def default_values() -> dict[str, object]:
     """What the properties of a new material hold."""
-    properties = bpy.types.CotorraMaterialSettings.bl_rna.properties
+    properties = CotorraMaterialSettings.bl_rna.properties
 
     def default(name: str) -> object:
         found = properties[name]

@@ -52,7 +52,7 @@ MODELS = {
     'F conductor': {'model': 'COOK_TORRANCE', 'fresnel': 'CONDUCTOR'},
     'F F82': {'model': 'COOK_TORRANCE', 'fresnel': 'F82'},
 }
-INTEGRATORS = ('DIRECT', 'PATH')
+INTEGRATORS = ('DIRECT', 'PATH', 'WHITTED', 'AO', 'TOON')
 
 
 @dataclass(frozen=True, slots=True)
