@@ -22,7 +22,17 @@ from native_build import BUILD, ROOT, build_module, build_program, compiler
 NATIVE = [
     f'native/{name}.cpp'
     for name in (
-        *('embree', 'scene', 'scene_bvh', 'scene_models', 'scene_classic', 'film', 'session', 'integrators'),
+        *(
+            'embree',
+            'scene',
+            'scene_bvh',
+            'scene_models',
+            'scene_lights',
+            'scene_classic',
+            'film',
+            'session',
+            'integrators',
+        ),
         *('features', 'cpu_kernels', 'cpu_kernel'),
     )
 ]
