@@ -91,13 +91,14 @@ FN void outline_add(IN(OutlinePoint) middle, uint ray, uint instance, vec3 p, ve
   sums.object_y += other * y;
 }
 
-// Is the ray in the middle on a line? `kinds` are OUTLINE_* that draw one.
-FN bool outline_found(IN(OutlineSums) sums, uint kinds) {
+// Is the ray in the middle on a line? `kinds` are OUTLINE_* that draw one; `reach` is how far apart the rays are, in
+// heights of the picture: what only slopes, up to 2 : 1, is no step.
+FN bool outline_found(IN(OutlineSums) sums, uint kinds, float reach) {
   const float crease = dot(sums.normal_x, sums.normal_x) + dot(sums.normal_y, sums.normal_y);
   const float depth = sqr(sums.depth_x) + sqr(sums.depth_y);
   const float object = sqr(sums.object_x) + sqr(sums.object_y);
   return ((kinds & OUTLINE_NORMAL) != 0u && crease > sqr(4.0f * OUTLINE_CREASE)) ||
-         ((kinds & OUTLINE_DEPTH) != 0u && depth > sqr(4.0f * OUTLINE_STEP)) ||
+         ((kinds & OUTLINE_DEPTH) != 0u && depth > sqr(4.0f * (OUTLINE_STEP + 2.0f * reach))) ||
          ((kinds & OUTLINE_OBJECT) != 0u && object > 0.0f);
 }
 

@@ -459,6 +459,7 @@ class Renderer {
     if (lines) gather_outlines(tracer_, lanes);
     const int met = shade(lanes, 0);
     count_lamps(tracer_, met);
+    if (wants(FEATURE_OCCLUSION)) ambient(met, 0);
     for (std::size_t i = 0; i < static_cast<std::size_t>(met); ++i) {
       const uint material = b_.surface[i].material;
       add_light(
@@ -466,8 +467,9 @@ class Renderer {
           toon_color(scene_.materials.v[material], scene_.classic.v[material], b_.classic->lit[i], scene_.light_count),
           -1);
     }
+    const float reach = job_.classic.outline_y / job_.classic.rows;
     for (std::size_t slot = 0; lines && slot < static_cast<std::size_t>(lanes); ++slot) {
-      if (!outline_found(b_.classic->sums[slot], job_.classic.outlines)) continue;
+      if (!outline_found(b_.classic->sums[slot], job_.classic.outlines, reach)) continue;
       b_.radiance[slot] = job_.classic.outline_color;
       b_.alpha[slot] = 1.0f;  // a line covers what is behind it, and the transparent film
     }

@@ -95,9 +95,10 @@ CASES = [
         'x = sobel_x(number); y = sobel_y(number); height = outline_height(camera, 200.0f, p);'
         'outline_begin(sums); depth = outline_depth(middle, instance, p);'
         'outline_add(middle, number, instance, p, n, sums);'
-        'found = select(outline_found(sums, kinds), 1u, 0u);',
+        'found = select(outline_found(sums, kinds, reach), 1u, 0u);',
         {'number': ('uint', integers(9)), 'middle': OUTLINE_POINT, 'camera': CAMERA_RECORD, 'p': POINT}
-        | {'n': DIRECTION, 'instance': ('uint', choices(0, 1, 0xFFFFFFFF)), 'kinds': ('uint', integers(8))},
+        | {'n': DIRECTION, 'instance': ('uint', choices(0, 1, 0xFFFFFFFF)), 'kinds': ('uint', integers(8))}
+        | {'reach': ('float', uniform(0.0, 0.05))},
         {'x': 'float', 'y': 'float', 'height': 'float', 'depth': 'float', 'sums': 'OutlineSums', 'found': 'uint'},
         ROUNDING,
     ),
