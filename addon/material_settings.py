@@ -2,6 +2,7 @@
 """`material.cotorra`: by which model a material reflects, and what the Principled node has no input for.
 
 Base color, roughness, metallic, IOR, normal and textures are the node's, whatever the model. See export/models.py.
+Presets are files in presets/cotorra/material, which call `set_metal` and `set_dielectric`.
 """
 
 from __future__ import annotations
@@ -11,6 +12,7 @@ import math
 import bpy
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, FloatVectorProperty, IntProperty
 
+from . import compat, optics
 from .choices import (
     DISTRIBUTIONS,
     F0_MODES,
@@ -112,8 +114,8 @@ class CotorraMaterialSettings(bpy.types.PropertyGroup):
     f0: color('F0 Color', 'Reflection of perpendicular light', (0.04, 0.04, 0.04))
     f82_tint: color('F82 Tint', 'Factor on the reflection at 82°, near the edge', (1.0, 1.0, 1.0))
     # Gold, as presets/cotorra/material/gold.py has it and tells where from.
-    conductor_n: three('n', 'Index of refraction of a metal for red, green and blue', (0.143, 0.375, 1.442), 5.0)
-    conductor_k: three('k', 'Extinction coefficient of a metal for red, green and blue', (3.983, 2.386, 1.603), 10.0)
+    conductor_n: three('n', 'Index of refraction of a metal for red, green and blue', (0.064, 0.496, 1.46), 5.0)
+    conductor_k: three('k', 'Extinction coefficient of a metal for red, green and blue', (3.6, 2.33, 1.818), 10.0)
 
     # Toon
     toon_lit: color('Lit', 'Color of what is fully lit', (0.8, 0.8, 0.8))
@@ -135,3 +137,54 @@ class CotorraMaterialSettings(bpy.types.PropertyGroup):
     absorption: three(
         'Absorption', 'How much red, green and blue is lost inside, for each metre (Whitted)', (0.0, 0.0, 0.0), 10.0
     )
+
+    def set_metal(self, n: tuple[float, ...], k: tuple[float, ...], roughness: float) -> None:
+        """Make the material a metal with these n and k, for every model that can show one; the model stays.
+
+        Lambert, Oren-Nayar and Toon have no highlight: they show a matt surface of the metal's color.
+        """
+        f0 = tuple(optics.perpendicular(*pair) for pair in zip(n, k, strict=True))
+        tint = tuple(optics.edge_tint(*pair) for pair in zip(n, k, strict=True))
+        self.fresnel, self.conductor_n, self.conductor_k = 'CONDUCTOR', n, k
+        self._set_reflection(f0, roughness)
+        self.f82_tint = tint
+        self.kd, self.kr, self.kt, self.absorption = 0.0, optics.mean(f0), 0.0, (0.0, 0.0, 0.0)
+        self._set_node(f0, roughness, {'Metallic': 1.0, 'Specular Tint': (*tint, 1.0), 'Transmission Weight': 0.0})
+
+    def set_dielectric(
+        self,
+        ior: float,
+        base_color: tuple[float, float, float],
+        roughness: float,
+        transmission: float = 0.0,
+        absorption: tuple[float, float, float] = (0.0, 0.0, 0.0),
+    ) -> None:
+        """Make the material glass, plastic or the like, for every model; the model stays.
+
+        Only Principled and Whitted let light through: the other models show the surface alone.
+        """
+        f0 = optics.perpendicular(ior)
+        self.fresnel = 'DIELECTRIC'
+        self._set_reflection((f0, f0, f0), roughness)
+        self.f82_tint = (1.0, 1.0, 1.0)
+        self.kd = (1.0 - transmission) * (1.0 - f0) / math.pi
+        self.kr, self.kt, self.absorption = f0, transmission * (1.0 - f0), absorption
+        inputs = {'Metallic': 0.0, 'IOR': ior, 'Specular IOR Level': 0.5, 'Transmission Weight': transmission}
+        self._set_node(base_color, roughness, inputs | {'Specular Tint': (1.0, 1.0, 1.0, 1.0)})
+
+    def _set_reflection(self, f0: tuple[float, ...], roughness: float) -> None:
+        self.f0_mode, self.f0 = 'COLOR', f0
+        # Normalised, a highlight reflects its color, whatever its width.
+        self.normalized, self.ks, self.specular_color = True, 1.0, f0
+        self.shininess = min(optics.shininess(roughness, half_vector=self.model != 'PHONG'), SHININESS_MAX)
+
+    def _set_node(self, base_color: tuple[float, ...], roughness: float, inputs: dict[str, object]) -> None:
+        """Set the Principled node, where there is one: inputs that textures feed keep them."""
+        self.toon_lit, self.toon_shade = base_color, tuple(part / 4.0 for part in base_color)
+        owner = self.id_data
+        tree = compat.node_tree(owner) if isinstance(owner, bpy.types.Material) else None
+        node = next((node for node in tree.nodes if node.type == 'BSDF_PRINCIPLED'), None) if tree else None
+        if node is None:
+            return
+        for name, value in {'Base Color': (*base_color, 1.0), 'Roughness': roughness, **inputs}.items():
+            node.inputs[name].default_value = value
