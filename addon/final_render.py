@@ -173,7 +173,7 @@ class RenderJob:
             self.stats.take(session)
 
     def render(self, session: Any, render_settings: RenderSettings, sources: dict[str, str]) -> None:
-        exposure = passes.film_exposure(self.scene)
+        film = {'exposure': passes.film_exposure(self.scene), 'white': passes.reinhard_white(self.scene)}
         show_pictures = in_window()
         next_picture, pause = time.perf_counter() + FIRST_PICTURE_SECONDS, PICTURE_SECONDS
         session.start()
@@ -184,12 +184,12 @@ class RenderJob:
             self.reporter.rendering(session, render_settings.samples)
             now = time.perf_counter()
             if show_pictures and now >= next_picture:
-                passes.write(session, self.result, sources, render_settings.samples, exposure, only='Combined')
+                passes.write(session, self.result, sources, render_settings.samples, only='Combined', **film)
                 self.engine.update_result(self.result)
                 cost = time.perf_counter() - now
                 next_picture = now + cost + max(pause, PICTURE_COST * cost)
                 pause = min(pause * PICTURE_GROWTH, PICTURE_SECONDS_MAX)
-        passes.write(session, self.result, sources, render_settings.samples, exposure)
+        passes.write(session, self.result, sources, render_settings.samples, **film)
         self.reporter.rendering(session, render_settings.samples, last=True)
         if session.progress() < 1.0:
             self.log.checkpoint()

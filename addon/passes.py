@@ -120,12 +120,14 @@ def write(
     samples: int,
     exposure: float = 1.0,
     only: str | None = None,
+    white: float | None = None,
 ) -> None:
     """Copy the session's pixels, as they are now, into the passes of the result's first layer.
 
     samples:  that a pixel takes at most; the sample count is written as a part of it, as Cycles does.
     exposure: factor on the passes that are light.
     only:     the one pass to write, for a picture in between.
+    white:    where Combined is compressed by Reinhard's curve, the luminance that becomes 1.
     Row 0 is the bottom on both sides. A result with several views gets the same pixels in each.
     """
     shape = (result.resolution_y, result.resolution_x)
@@ -141,5 +143,18 @@ def write(
                 out /= np.float32(samples)
             elif exposure != 1.0 and (native in LIGHT_PASSES or native not in NATIVE_CHANNELS):
                 out[..., :3] *= np.float32(exposure)
+            if native == 'combined' and white is not None:
+                reinhard(out[..., :3], white)
             pixels[native] = out
         target.rect.foreach_set(pixels[native].reshape(-1))
+
+
+def reinhard(pixels: np.ndarray, white: float) -> None:
+    """Compress colors in place (Reinhard et al. 2002, eq. 4): luminance L becomes L (1 + L / white²) / (1 + L)."""
+    luminance = np.maximum(pixels @ np.array((0.2126, 0.7152, 0.0722), np.float32), 0.0)
+    pixels *= ((1.0 + luminance / np.float32(white * white)) / (1.0 + luminance))[..., None]
+
+
+def reinhard_white(scene: bpy.types.Scene) -> float | None:
+    """The luminance that becomes white, where the scene asks for Reinhard's curve."""
+    return scene.cotorra.reinhard_white if scene.cotorra.use_reinhard else None

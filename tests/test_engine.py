@@ -164,6 +164,24 @@ def test_passes_that_stay_away_are_named(scene):
     ]
 
 
+def test_reinhard_compresses_combined_after_exposure_and_nothing_else(scene, tmp_path):
+    layer = scene.view_layers[0]
+    layer.use_pass_emit = layer.use_pass_z = True
+    plain = read_exr(render_to(scene, tmp_path / 'plain.exr', multilayer=True))
+    assert not scene.cotorra.use_reinhard  # the picture is scene-linear unless asked for
+    scene.cotorra.use_reinhard, scene.cotorra.reinhard_white, scene.cycles.film_exposure = True, 2.0, 6.0
+    found = read_exr(render_to(scene, tmp_path / 'image.exr', multilayer=True))
+    rgb = np.stack([plain['ViewLayer.Combined'][channel] for channel in 'RGB'], axis=-1).astype(np.float64) * 6.0
+    luminance = rgb @ (0.2126, 0.7152, 0.0722)
+    assert luminance.max() > 2.0
+    wanted = rgb * ((1.0 + luminance / 2.0**2) / (1.0 + luminance))[..., None]
+    for index, channel in enumerate('RGB'):
+        assert found['ViewLayer.Combined'][channel] == pytest.approx(wanted[..., index], rel=1e-6)
+    assert np.array_equal(found['ViewLayer.Combined']['A'], plain['ViewLayer.Combined']['A'])
+    emission = f'ViewLayer.{here("Emission")}'
+    assert found[emission]['R'] == pytest.approx(6.0 * plain[emission]['R'])
+
+
 def test_film_exposure_of_cycles_scales_light_and_nothing_else(scene, tmp_path):
     if not hasattr(scene, 'cycles'):
         pytest.skip('this Blender has no Cycles')

@@ -8,18 +8,27 @@ from __future__ import annotations
 
 import bpy
 
-from . import data_panels, layer_panels, render_panels, standard_panels
+from . import data_panels, integrator_panels, layer_panels, model_panels, render_panels, standard_panels
 
-CLASSES = (*render_panels.CLASSES, *layer_panels.CLASSES, *data_panels.CLASSES)
+# Panels that stand in others come after them.
+CLASSES = (
+    *render_panels.CLASSES,
+    *integrator_panels.CLASSES,
+    *layer_panels.CLASSES,
+    *data_panels.CLASSES,
+    *model_panels.CLASSES,
+)
 
 
 def register() -> None:
     standard_panels.register()
     for cls in CLASSES:
         bpy.utils.register_class(cls)
+    model_panels.register_presets()
 
 
 def unregister() -> None:
+    model_panels.unregister_presets()
     for cls in reversed(CLASSES):
         bpy.utils.unregister_class(cls)
     standard_panels.unregister()

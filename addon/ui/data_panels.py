@@ -65,9 +65,38 @@ class COTORRA_LIGHT_PT_beam_shape(LightPanel, bpy.types.Panel):
         layout = self.layout
         layout.use_property_split = True
         light = context.light
-        layout.prop(light, 'spot_size', text='Angle')
-        layout.prop(light, 'spot_blend', text='Blend', slider=True)
+        own = light.cotorra
+        layout.prop(own, 'spot_edge')
+        if own.spot_edge == 'BLENDER':
+            layout.prop(light, 'spot_size', text='Angle')
+            layout.prop(light, 'spot_blend', text='Blend', slider=True)
+        else:
+            angles = layout.column(align=True)
+            angles.prop(own, 'inner_angle')
+            angles.prop(own, 'outer_angle')
         layout.prop(light, 'show_cone')
+
+
+class COTORRA_LIGHT_PT_falloff(LightPanel, bpy.types.Panel):
+    bl_label = 'Falloff'
+    bl_parent_id = 'COTORRA_LIGHT_PT_light'
+
+    @classmethod
+    def poll(cls, context):
+        return super().poll(context) and context.light.type in {'POINT', 'SPOT'}
+
+    def draw(self, context):
+        layout = self.layout
+        layout.use_property_split = True
+        own = context.light.cotorra
+        layout.prop(own, 'falloff', text='Type')
+        if own.falloff == 'RANGED':
+            layout.prop(own, 'range')
+        elif own.falloff == 'POLYNOMIAL':
+            terms = layout.column(align=True)
+            terms.prop(own, 'c0')
+            terms.prop(own, 'c1')
+            terms.prop(own, 'c2')
 
 
 class COTORRA_LIGHT_PT_settings(LightPanel, bpy.types.Panel):
@@ -195,6 +224,7 @@ class COTORRA_OBJECT_PT_ray_visibility(CotorraPanel, bpy.types.Panel):
 
 CLASSES = (
     COTORRA_LIGHT_PT_light,
+    COTORRA_LIGHT_PT_falloff,
     COTORRA_LIGHT_PT_beam_shape,
     COTORRA_LIGHT_PT_settings,
     COTORRA_WORLD_PT_surface,

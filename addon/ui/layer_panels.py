@@ -49,6 +49,21 @@ class COTORRA_VIEWLAYER_PT_passes_light(CotorraPanel, bpy.types.Panel):
         other.prop(layer, 'use_pass_ambient_occlusion')
 
 
+class COTORRA_VIEWLAYER_PT_passes_terms(CotorraPanel, bpy.types.Panel):
+    bl_label = 'Terms'
+    bl_context = 'view_layer'
+    bl_parent_id = 'VIEWLAYER_PT_layer_passes'
+
+    def draw(self, context):
+        layout = split_layout(self)
+        own = context.view_layer.cotorra
+        terms = layout.column(heading='Highlight', align=True)
+        terms.prop(own, 'use_pass_distribution')
+        terms.prop(own, 'use_pass_masking')
+        terms.prop(own, 'use_pass_fresnel')
+        layout.column(heading='Light').prop(own, 'use_pass_lights')
+
+
 class COTORRA_VIEWLAYER_PT_passes_light_groups(ViewLayerLightgroupsPanelHelper, bpy.types.Panel):
     bl_parent_id = 'VIEWLAYER_PT_layer_passes'
     COMPAT_ENGINES = {ENGINE}
@@ -57,5 +72,6 @@ class COTORRA_VIEWLAYER_PT_passes_light_groups(ViewLayerLightgroupsPanelHelper, 
 CLASSES = (
     COTORRA_VIEWLAYER_PT_passes_data,
     COTORRA_VIEWLAYER_PT_passes_light,
+    COTORRA_VIEWLAYER_PT_passes_terms,
     COTORRA_VIEWLAYER_PT_passes_light_groups,
 )

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Cotorra's panels among the Render properties: sampling, light paths, film, performance.
+"""Cotorra's panels among the Render properties: sampling, film, performance.
 
 The settings are defined in properties.py, or are Blender's own.
 """
@@ -18,7 +18,6 @@ class COTORRA_RENDER_PT_sampling(CotorraPanel, bpy.types.Panel):
         layout = split_layout(self)
         settings = context.scene.cotorra
         layout.prop(settings, 'device')
-        layout.prop(settings, 'integrator')
 
         heading = layout.column(align=True, heading='Noise Threshold')
         row = heading.row(align=True)
@@ -51,21 +50,6 @@ class COTORRA_RENDER_PT_sampling_seed(CotorraPanel, bpy.types.Panel):
         row.prop(settings, 'use_animated_seed', text='', icon='TIME')
 
 
-class COTORRA_RENDER_PT_light_paths(CotorraPanel, bpy.types.Panel):
-    bl_label = 'Light Paths'
-    bl_options = {'DEFAULT_CLOSED'}
-
-    def draw(self, context):
-        layout = split_layout(self)
-        settings = context.scene.cotorra
-        bounces = layout.column(align=True)
-        bounces.active = settings.integrator == 'PATH'
-        bounces.prop(settings, 'max_bounces')
-        bounces.prop(settings, 'diffuse_bounces')
-        bounces.prop(settings, 'glossy_bounces')
-        layout.prop(settings, 'transparent_bounces')
-
-
 class COTORRA_RENDER_PT_film(CotorraPanel, bpy.types.Panel):
     bl_label = 'Film'
     bl_options = {'DEFAULT_CLOSED'}
@@ -77,6 +61,13 @@ class COTORRA_RENDER_PT_film(CotorraPanel, bpy.types.Panel):
         if cycles is not None:  # read as they are in a file made for Cycles
             layout.prop(cycles, 'film_exposure')
             layout.prop(cycles, 'filter_width')
+        settings = context.scene.cotorra
+        tone = layout.column(align=True, heading='Reinhard')
+        row = tone.row(align=True)
+        row.prop(settings, 'use_reinhard', text='')
+        white = row.row()
+        white.active = settings.use_reinhard
+        white.prop(settings, 'reinhard_white', text='')
 
 
 class COTORRA_RENDER_PT_performance(CotorraPanel, bpy.types.Panel):
@@ -97,7 +88,6 @@ class COTORRA_RENDER_PT_performance(CotorraPanel, bpy.types.Panel):
 CLASSES = (
     COTORRA_RENDER_PT_sampling,
     COTORRA_RENDER_PT_sampling_seed,
-    COTORRA_RENDER_PT_light_paths,
     COTORRA_RENDER_PT_film,
     COTORRA_RENDER_PT_performance,
 )
