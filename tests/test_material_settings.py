@@ -58,7 +58,7 @@ def test_every_setting_arrives(scene):
             wanted[name] = len(LISTS[name]) - 1 if name != 'model' else 5
             setattr(own, name, LISTS[name][wanted[name]][0])
         elif own.bl_rna.properties[name].type == 'BOOLEAN':
-            own.normalized = wanted[name] = True
+            own.normalized, wanted[name] = True, 1
         elif own.bl_rna.properties[name].type == 'INT':
             own.toon_steps = wanted[name] = 5
         elif own.bl_rna.properties[name].is_array:
@@ -87,7 +87,7 @@ def test_an_object_without_material_has_the_defaults(scene):
     found = models(scene)
     assert found.model.tolist() == [0, 3]
     assert found.kd[0] == pytest.approx(1.0 / math.pi) and found.toon_steps[0] == 2
-    assert found.conductor_n[0] == pytest.approx(bpy.data.materials['Made'].cotorra.conductor_n)
+    assert found.conductor_n[0] == pytest.approx(tuple(bpy.data.materials['Made'].cotorra.conductor_n))
 
 
 def test_the_override_is_for_all_materials_and_leaves_their_colors(scene):
