@@ -70,6 +70,9 @@ FN vec3 &operator+=(vec3 &a, vec3 b) { return a = a + b; }
 FN vec3 &operator*=(vec3 &a, vec3 b) { return a = a * b; }
 FN vec3 &operator*=(vec3 &a, float s) { return a = a * s; }
 
+FN vec4 operator+(vec4 a, vec4 b) { return {a.x + b.x, a.y + b.y, a.z + b.z, a.w + b.w}; }
+FN vec4 operator*(vec4 a, float s) { return {a.x * s, a.y * s, a.z * s, a.w * s}; }
+
 FN float dot(vec2 a, vec2 b) { return a.x * b.x + a.y * b.y; }
 FN float dot(vec3 a, vec3 b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
 FN vec3 cross(vec3 a, vec3 b) { return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x}; }

@@ -191,6 +191,7 @@ const uint MESH_SMOOTH_VERTEX = 1u;  // normals has one entry a vertex
 const uint MESH_SMOOTH_CORNER = 2u;  // normals has one entry a corner
 const uint MESH_HAS_UV = 4u;         // uv has one entry a corner
 const uint MESH_HAS_SLOTS = 8u;      // material slot per triangle
+const uint MESH_HAS_GENERATED = 16u; // MeshTextures.generated has one entry a vertex
 
 struct Mesh {
   Vec3Buffer positions;    // [vertices], object space, or world space where the mesh is not instanced
@@ -267,6 +268,109 @@ BUFFER_REF(Instance, InstanceBuffer)
 BUFFER_REF(Emitter, EmitterBuffer)
 BUFFER_REF(MaterialModel, MaterialModelBuffer)
 
+// ---- Textures. All of their buffers are null where no material reads an image (without FEATURE_TEXTURES).
+const uint TEXELS_UINT8 = 0u;  // the largest number of both integer kinds is 1
+const uint TEXELS_UINT16 = 1u;
+const uint TEXELS_HALF = 2u;
+const uint TEXELS_FLOAT = 3u;
+const uint CHANNEL_RGB = 0u;  // what a slot hands on of a texel
+const uint CHANNEL_R = 1u;
+const uint CHANNEL_G = 2u;
+const uint CHANNEL_B = 3u;
+const uint CHANNEL_A = 4u;
+const uint CHANNEL_LUMINANCE = 5u;
+const uint COORDINATES_UV = 0u;
+const uint COORDINATES_GENERATED = 1u;
+const uint COORDINATES_OBJECT = 2u;
+const uint COORDINATES_WORLD = 3u;
+const uint INTERPOLATION_CLOSEST = 0u;
+const uint INTERPOLATION_LINEAR = 1u;
+const uint INTERPOLATION_CUBIC = 2u;
+const uint EXTENSION_REPEAT = 0u;
+const uint EXTENSION_EXTEND = 1u;
+const uint EXTENSION_CLIP = 2u;
+const uint EXTENSION_MIRROR = 3u;
+const uint TEXTURE_UNASSOCIATE = 1u;  // the texel's colour is divided by its alpha after filtering
+const uint NORMAL_TANGENT = 0u;  // what the directions of a normal map are relative to
+const uint NORMAL_OBJECT = 1u;
+const uint NORMAL_WORLD = 2u;
+
+// An image as its file has it: rows from below, channels side by side.
+struct Texture {
+  UintBuffer texels;  // [width * height * channels] numbers of `format`, packed, with the padding of the last word
+  uint width;
+  uint height;
+  uint channels;  // 1 grey, 2 grey and alpha, 3 RGB, 4 RGBA
+  uint format;  // TEXELS_*
+  uint srgb;  // 1: colours are decoded after filtering
+  uint unused;
+};
+
+// One use of an image by one input of a material: addon/export/buffers.py, TEXTURE_SLOT, tells what becomes of a texel.
+struct TextureSlot {
+  vec4 mapping_s;  // s = dot(mapping_s, (x, y, z, 1)) of the coordinates x, y, z
+  vec4 mapping_t;
+  vec3 scale;
+  float threshold;  // INFINITE_DISTANCE: none
+  vec3 offset;
+  uint image;
+  uint channel;  // CHANNEL_*
+  uint coordinates;  // COORDINATES_*
+  uint uv_layer;
+  uint interpolation;  // INTERPOLATION_*
+  uint extension;  // EXTENSION_*
+  uint flags;  // TEXTURE_*
+  uint lookup;  // the first slot that reads the same texel; they share the filtered value
+  uint unused;
+};
+
+// Slots of a material's inputs, -1 where the input is the constant of Material.
+struct MaterialInputs {
+  int base_color;
+  int metallic;
+  int roughness;
+  int ior;
+  int specular_level;
+  int specular_tint;
+  int emission;
+  int alpha;
+  int normal;
+  float normal_strength;
+  uint tangent_layer;
+  uint normal_space;  // NORMAL_*
+};
+
+BUFFER_REF(vec4, Vec4Buffer)
+
+// What textures need of a mesh beside Mesh.
+struct MeshTextures {
+  Vec4Buffer tangents;  // [layers * corners] object space, and the sign of the bitangent
+  Vec3Buffer generated;  // [vertices]
+  uint corner_count;  // entries of a layer of Mesh.uv and of tangents
+  uint uv_layers;
+  uint tangent_layers;
+  uint moved;  // 1: positions and normals were moved to world space, and the frame below tells from where
+  vec3 x_axis;  // object-to-world, by columns
+  vec3 y_axis;
+  vec3 z_axis;
+  vec3 normal_x;  // columns of its inverse transpose
+  vec3 normal_y;
+  vec3 normal_z;
+};
+
+// World-to-object of an instance, by rows.
+struct ObjectSpace {
+  vec4 x;
+  vec4 y;
+  vec4 z;
+};
+
+BUFFER_REF(Texture, TextureBuffer)
+BUFFER_REF(TextureSlot, TextureSlotBuffer)
+BUFFER_REF(MaterialInputs, MaterialInputsBuffer)
+BUFFER_REF(MeshTextures, MeshTexturesBuffer)
+BUFFER_REF(ObjectSpace, ObjectSpaceBuffer)
+
 // The whole scene, as a kernel sees it.
 struct SceneData {
   LightBuffer lights;
@@ -288,12 +392,19 @@ struct SceneData {
   float emitter_norm;  // 1 / sum of area x luminance over the emitters
   int world_group;
   LightShapeBuffer light_shapes;  // one for each lamp; null where no lamp is LIGHT_SHAPED
+  TextureBuffer textures;
+  TextureSlotBuffer texture_slots;
+  MaterialInputsBuffer material_inputs;  // [materials]
+  MeshTexturesBuffer mesh_textures;  // [meshes]
+  ObjectSpaceBuffer object_spaces;  // [instances], null where no slot has COORDINATES_OBJECT
 };
 
 #ifdef __cplusplus
 static_assert(sizeof(Light) == 112 && sizeof(Material) == 64 && sizeof(Mesh) == 56 && sizeof(Instance) == 112 &&
               sizeof(Emitter) == 96 && sizeof(LightShape) == 32 && sizeof(MaterialModel) == 160 &&
-              sizeof(ClassicMaterial) == 64 && sizeof(SceneData) == 128);
+              sizeof(ClassicMaterial) == 64 && sizeof(SceneData) == 168);
+static_assert(sizeof(Texture) == 32 && sizeof(TextureSlot) == 96 && sizeof(MaterialInputs) == 48 &&
+              sizeof(MeshTextures) == 104 && sizeof(ObjectSpace) == 48);
 }  // namespace cotorra
 #endif
 
