@@ -7,6 +7,7 @@
 #include "bsdf.h"
 #include "light.h"
 #include "light_shape.h"
+#include "material.h"
 #include "sampling.h"
 #include "surface.h"
 
@@ -96,7 +97,7 @@ FN bool emits_from(uint sides, float side) {
   return (sides & select(side > 0.0f, MATERIAL_EMIT_FRONT, MATERIAL_EMIT_BACK)) != 0u;
 }
 
-// Light that the surface itself emits toward the ray's origin.
+// Light that the surface itself emits toward the ray's origin; `material` is the scene's record.
 FN vec3 path_emission(IN(SceneData) scene, IN(PathState) path, IN(Surface) s, IN(Material) material, vec3 wo, float t) {
   if (!emits_from(material.flags, s.side)) return vec3(0.0f);
   float weight = 1.0f;
@@ -105,7 +106,8 @@ FN vec3 path_emission(IN(SceneData) scene, IN(PathState) path, IN(Surface) s, IN
     const float area_pdf = luminance(material.emission) * scene.emitter_norm;
     weight = power_heuristic(path.pdf, area_pdf * t * t / max(abs(dot(s.ng, wo)), 1e-8f));
   }
-  return path.throughput * material.emission * weight;
+  const TexturePoint at = texture_point(s);
+  return path.throughput * material_emission(scene, s.material, material, at) * weight;
 }
 
 // Amount by which a shadow ray's start is lifted onto the smooth surface, 0 to 1: full where the light is about to set
@@ -217,6 +219,18 @@ FN uint path_pick_light(IN(SceneData) scene, IN(Surface) s, float u, OUT(float) 
   return chosen > 0.0f ? pick : INVALID_ID;
 }
 
+// What an emitting triangle sends out at barycentric coordinates b, and is not let through there.
+FN vec3 emitter_radiance(IN(SceneData) scene, IN(Emitter) e, vec2 b) {
+  if (!FEATURE(FEATURE_TEXTURES | FEATURE_TRANSPARENCY)) return e.radiance;
+  TexturePoint at;
+  at.instance = e.instance;
+  at.triangle = e.triangle;
+  at.u = b.x;
+  at.v = b.y;
+  const Material material = LOAD(scene.materials, e.material);
+  return material_emission(scene, e.material, material, at) * material_alpha(scene, e.material, at);
+}
+
 // One sample of the emitting triangles.
 FN bool path_sample_emitter(IN(SceneData) scene, IN(PathState) path, IN(Surface) s, IN(Bsdf) bsdf, vec3 wo,
                             float u_pick, vec2 u, OUT(ShadowRay) ray) {
@@ -243,7 +257,8 @@ FN bool path_sample_emitter(IN(SceneData) scene, IN(PathState) path, IN(Surface)
   const float pdf = area_pdf * d * d / max(cos_light, 1e-8f);
   float bsdf_pdf;
   const vec3 f = visible_bsdf(bsdf, wo, wi, e.visibility, bsdf_pdf);
-  ray.contribution = path.throughput * f * e.radiance * (power_heuristic(pdf, bsdf_pdf) / pdf);
+  const vec3 radiance = emitter_radiance(scene, e, b);
+  ray.contribution = path.throughput * f * radiance * (power_heuristic(pdf, bsdf_pdf) / pdf);
   ray.direction = wi;
   ray.group = e.group;
   ray.visibility = VISIBLE_SHADOW;

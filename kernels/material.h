@@ -103,8 +103,8 @@ FN void material_resolve(IN(SceneData) scene, uint index, IN(TexturePoint) at, I
   if (inputs.metallic >= 0) m.metallic = unit_clamp(material_input(scene, inputs.metallic, at, last).x);
   if (inputs.roughness >= 0) {
     m.roughness = unit_clamp(material_input(scene, inputs.roughness, at, last).x);
-    const bool sharp = (m.flags & MATERIAL_SPECULAR) != 0u && m.roughness < SHARP_ROUGHNESS;
-    m.flags = select(sharp, m.flags | MATERIAL_SHARP, m.flags & ~MATERIAL_SHARP);
+    // Of other models the scene's flag holds, which is set where any texel could be sharp.
+    if ((m.flags & MATERIAL_MODEL) == 0u && m.roughness >= SHARP_ROUGHNESS) m.flags &= ~MATERIAL_SHARP;
   }
   if (inputs.ior >= 0) m.ior = max(material_input(scene, inputs.ior, at, last).x, 1e-5f);
   if (inputs.specular_level >= 0) {

@@ -26,7 +26,9 @@ FN float srgb_decode(float c) {
 
 // A half float from its 16 bits; infinity and NaN become numbers of 65536 and above.
 FN float float_from_half(uint h) {
-  const float magnitude = uintBitsToFloat((h & 0x7fffu) << 13) * uintBitsToFloat(0x77800000u);  // 2^112
+  const float normal = uintBitsToFloat(((h & 0x7fffu) << 13) + 0x38000000u);  // the exponent's bias, 127 for 15
+  const float subnormal = float(int(h & 0x3ffu)) * 5.9604644775390625e-8f;
+  const float magnitude = select((h & 0x7c00u) == 0u, subnormal, normal);
   return select((h & 0x8000u) != 0u, -magnitude, magnitude);
 }
 

@@ -185,7 +185,12 @@ class Renderer {
       s.side = b_.hit.side[i];
       s.u = b_.hit.u[i];
       s.v = b_.hit.v[i];
-      const Material &material = scene_.materials.v[s.material];
+      Material textured;
+      if (FEATURE(FEATURE_TEXTURES)) {
+        material_fetch(scene_, s, textured);
+        s.n = material_normal(scene_, s);
+      }
+      const Material &material = FEATURE(FEATURE_TEXTURES) ? textured : scene_.materials.v[s.material];
       Bsdf bsdf;
       bsdf_prepare(scene_, material, s.n, s.ng, b_.shading.wo.get(i), bsdf);
       if (wants(FEATURE_WHITTED)) whitted_prepare(material, scene_.classic.v[s.material], bsdf);

@@ -15,6 +15,7 @@
 #include "features.h"
 #include "python_arrays.h"
 #include "python_models.h"
+#include "python_textures.h"
 #include "scene.h"
 #include "session.h"
 
@@ -56,6 +57,8 @@ MeshInput read_mesh(nb::handle mesh) {
     m.corner_normals = nb::cast<std::string>(nb::getattr(mesh, "normals_domain")) == "CORNER";
     m.uv = view<vec2, float>(mesh, "uv", keep);
     m.slots = view<uint, std::uint32_t>(mesh, "slots", keep);
+    m.tangents = view<vec4, float>(mesh, "tangents", keep);
+    m.generated = view<vec3, float>(mesh, "generated", keep);
   } catch (const std::invalid_argument &error) {
     throw std::invalid_argument("mesh '" + m.name + "': " + error.what());
   }
@@ -68,6 +71,7 @@ SceneInput read_scene(nb::handle buffers, std::vector<nb::object> &keep) {
   SceneInput in;
   for (nb::handle mesh : nb::getattr(buffers, "meshes")) in.meshes.push_back(read_mesh(mesh));
 
+  in.textures = read_textures(buffers, python_owner, keep);
   const nb::object instances = nb::getattr(buffers, "instances");
   in.instances.mesh = view<uint, std::uint32_t>(instances, "mesh", keep);
   in.instances.transform = view<float, float>(instances, "transform", keep);
@@ -231,6 +235,8 @@ nb::dict scene_stats(const SceneHandle &handle) {
   d["meshes"] = scene.mesh_count();
   d["materials"] = scene.data().material_count;
   d["lights"] = scene.data().light_count;
+  d["images"] = s.images;
+  d["image_bytes"] = s.image_bytes;
   d["emitters"] = scene.data().emitter_count;
   return d;
 }

@@ -120,9 +120,11 @@ Scene::Scene(SceneInput input, std::shared_ptr<const embree::Library> library, i
   prepare_materials(input.materials);
   prepare_models(input.materials.models);
   prepare_classic(input.materials);
+  prepare_textures(input.textures, input.materials.emission_sampling, input.materials.emission_sides);
   material_slots_.assign(input.material_slots.begin(), input.material_slots.end());
   prepare_lights(input.lights);
   prepare_instances(input);
+  prepare_mesh_textures(input);
   prepare_meshes(input);
 
   data_.world = input.world;
@@ -148,7 +150,9 @@ Scene::Scene(SceneInput input, std::shared_ptr<const embree::Library> library, i
   }
   stats_.bytes = stats_.bvh_bytes + instances_.size() * sizeof(Instance) + materials_.size() * sizeof(Material) +
                  models_.size() * sizeof(MaterialModel) + classic_.size() * sizeof(ClassicMaterial) +
-                 emitters_.size() * sizeof(Emitter) + material_slots_.size() * sizeof(uint);
+                 emitters_.size() * sizeof(Emitter) + material_slots_.size() * sizeof(uint) + textures_.bytes();
+  stats_.images = textures_.images.size();
+  stats_.image_bytes = textures_.image_bytes;
   for (const MeshStorage &s : storage_) stats_.bytes += (s.positions.size() + s.normals.size()) * sizeof(vec3);
 }
 
@@ -237,12 +241,8 @@ void Scene::prepare_materials(const MaterialsInput &in) {
     m.flags = principled_flags(m);
     if ((m.flags & MATERIAL_SPECULAR) != 0 && m.roughness < kSharpRoughness) m.flags |= MATERIAL_SHARP;
     if (in.multi_ggx[i] != 0) m.flags |= MATERIAL_MULTI_GGX;
-    if (max(max(m.emission.x, m.emission.y), m.emission.z) > 0.0f) {
-      m.flags |= MATERIAL_EMISSIVE;
-      if (in.emission_sampling[i] != 0) m.flags |= MATERIAL_SAMPLED;
-      const uint sides = in.emission_sides.empty() ? 3u : in.emission_sides[i];
-      m.flags |= ((sides & 1u) != 0 ? MATERIAL_EMIT_FRONT : 0u) | ((sides & 2u) != 0 ? MATERIAL_EMIT_BACK : 0u);
-    }
+    if (m.alpha < 1.0f) m.flags |= MATERIAL_TRANSPARENT;
+    set_emission_flags(m, in.emission_sampling[i], in.emission_sides.empty() ? 3u : in.emission_sides[i]);
   }
 }
 
@@ -267,6 +267,7 @@ void Scene::prepare_instances(const SceneInput &in) {
     return source.mesh[a] != source.mesh[b] ? source.mesh[a] < source.mesh[b]
                                             : source.visibility[a] < source.visibility[b];
   });
+  prepare_object_spaces(in.textures.world_to_object, order);
   instances_.resize(n);
   for (std::size_t k = 0; k < n; ++k) {
     const std::size_t i = order[k];
@@ -322,6 +323,7 @@ void Scene::prepare_meshes(SceneInput &in) {
       positions = storage.positions.data();
     }
     if (move) {
+      note_frame(k, *instance);
       for (std::size_t i = 0; i < source.positions.size(); ++i) {
         const vec3 p = storage.positions[i];
         storage.positions[i] =
@@ -352,6 +354,7 @@ void Scene::prepare_meshes(SceneInput &in) {
     if (!source.normals.empty()) mesh.flags |= source.corner_normals ? MESH_SMOOTH_CORNER : MESH_SMOOTH_VERTEX;
     if (!source.uv.empty()) mesh.flags |= MESH_HAS_UV;
     if (!source.slots.empty()) mesh.flags |= MESH_HAS_SLOTS;
+    if (!source.generated.empty()) mesh.flags |= MESH_HAS_GENERATED;
     stats_.triangles += source.triangles.size();
     stats_.instanced_triangles += source.triangles.size() * users[k];
   }
@@ -430,6 +433,8 @@ void Scene::prepare_features() {
     specular |= (m.flags & MATERIAL_SPECULAR) != 0;
     sharp |= (m.flags & MATERIAL_SHARP) != 0;
     emissive |= (m.flags & MATERIAL_EMISSIVE) != 0;
+    if ((m.flags & MATERIAL_TEXTURED) != 0) features_ |= FEATURE_TEXTURES;
+    if ((m.flags & MATERIAL_TRANSPARENT) != 0) features_ |= FEATURE_TRANSPARENCY;
     models |= (m.flags & MATERIAL_MODEL) != 0;
   }
   const bool world = max(max(data_.world.x, data_.world.y), data_.world.z) > 0.0f;

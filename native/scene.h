@@ -14,6 +14,7 @@
 
 #include "../kernels/scene_types.h"
 #include "embree.h"
+#include "images.h"
 #include "scene_models.h"
 
 namespace cotorra {
@@ -32,7 +33,9 @@ struct MeshInput {
   std::span<const uvec3> corners;
   std::span<const vec3> normals;
   bool corner_normals = false;
-  std::span<const vec2> uv;
+  std::span<const vec2> uv;  // layer by layer
+  std::span<const vec4> tangents;
+  std::span<const vec3> generated;
   std::span<const uint> slots;
   std::shared_ptr<void> owner;
 };
@@ -94,6 +97,7 @@ struct SceneInput {
   MaterialsInput materials;
   std::span<const uint> material_slots;
   LightsInput lights;
+  TexturesInput textures;
   vec3 world{0.0f, 0.0f, 0.0f};
   uint world_visibility = VISIBLE_ALL;
   int world_group = -1;
@@ -105,8 +109,13 @@ struct SceneStats {
   std::uint64_t triangles = 0;         // stored
   std::uint64_t instanced_triangles = 0;  // as seen, instances counted
   std::uint64_t bvh_bytes = 0;
-  std::uint64_t bytes = 0;             // everything the scene owns, the BVH included
+  std::uint64_t images = 0;
+  std::uint64_t image_bytes = 0;       // of pixels
+  std::uint64_t bytes = 0;             // everything the scene holds, the BVH and images included
 };
+
+// Whether and from which sides a material emits, by its emission.
+void set_emission_flags(Material &material, uint sampled, uint sides);
 
 // Radiometry and geometry of one lamp from Blender's units (see blender-facts in the project's notes, measured on
 // Cycles).
@@ -146,6 +155,12 @@ class Scene {
   void prepare_materials(const MaterialsInput &input);
   void prepare_models(const ModelsInput &input);  // after prepare_materials
   void prepare_classic(const MaterialsInput &input);
+  // After prepare_models.
+  void prepare_textures(TexturesInput &input, std::span<const uint> emission_sampling,
+                        std::span<const uint> emission_sides);
+  void prepare_object_spaces(std::span<const float> world_to_object, std::span<const uint> order);
+  void prepare_mesh_textures(const SceneInput &input);
+  void note_frame(std::size_t mesh, const Instance &instance);  // of a mesh that is moved to world space
   void prepare_lights(const LightsInput &input);
   void prepare_instances(const SceneInput &input);
   void prepare_meshes(SceneInput &input);
@@ -175,6 +190,7 @@ class Scene {
   std::vector<Material> materials_;
   std::vector<MaterialModel> models_;
   std::vector<ClassicMaterial> classic_;
+  Textures textures_;
   std::vector<uint> material_slots_;
   std::vector<Light> lights_;
   std::vector<LightShape> light_shapes_;  // empty where no lamp is LIGHT_SHAPED

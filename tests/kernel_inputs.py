@@ -10,6 +10,7 @@ from functools import cache
 
 import numpy as np
 
+from kernel_inputs_textures import add_textures
 from kernel_parity import Draw, Scene
 from kernel_source import constants, dtype_of
 
@@ -169,7 +170,7 @@ def _mesh_arrays(rng: np.random.Generator) -> dict[str, np.ndarray]:
         'triangles': np.stack([rng.permutation(vertices)[:3] for _ in range(TRIANGLES)]).astype(np.uint32),
         'corners': np.arange(3 * TRIANGLES, dtype=np.uint32).reshape(-1, 3),
         'normals': normals,
-        'uv': rng.random((3 * TRIANGLES, 2), np.float32),
+        'uv': rng.random((2 * 3 * TRIANGLES, 2), np.float32),  # two layers
         'slots': rng.integers(0, 4, TRIANGLES).astype(np.uint32),
     }
 
@@ -220,7 +221,7 @@ def scene() -> Scene:
     data['instance_count'], data['material_count'] = INSTANCES, MATERIALS
     data['world'], data['world_visibility'] = (0.2, 0.4, 0.7), known['VISIBLE_ALL']
     data['emitter_norm'] = 1.0 / power.sum()
-    return Scene(
+    made = Scene(
         data=data,
         arrays={
             'lights': lights(rng, LIGHTS),
@@ -236,6 +237,8 @@ def scene() -> Scene:
         },
         nested={'meshes': nested},
     )
+    add_textures(made, rng, 3 * TRIANGLES, TRIANGLES + 2)
+    return made
 
 
 def hits(rng: np.random.Generator, n: int) -> np.ndarray:

@@ -17,6 +17,7 @@ import kernel_cases
 import kernel_cases_integrators
 import kernel_cases_lights
 import kernel_cases_path
+import kernel_cases_textures
 import kernel_source as kernels
 from kernel_inputs import scene
 from kernel_parity import ALL_FEATURES, Case, build_cpu, differences, run_cpu, run_vulkan
@@ -27,6 +28,7 @@ CASES = [
     *kernel_cases_lights.CASES,
     *kernel_cases_path.CASES,
     *kernel_cases_integrators.CASES,
+    *kernel_cases_textures.CASES,
 ]
 
 

@@ -1,0 +1,334 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Images on surfaces, through the whole native engine: texels, filters, slots and coordinates against NumPy in double.
+
+Normal maps are in test_normal_maps.py, transparency in test_transparency.py; Blender's nodes are the exporter's.
+"""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from cotorra import native
+from cotorra.export import buffers as b
+
+import kernel_source as kernels
+from texture_scenes import (
+    LUMINANCE,
+    camera,
+    centres,
+    decode,
+    filtered,
+    instances,
+    lights,
+    materials,
+    numbers,
+    plane,
+    render,
+    scene,
+    slot,
+    textures,
+)
+
+CLOSEST, LINEAR, CUBIC = b.INTERPOLATION_CLOSEST, b.INTERPOLATION_LINEAR, b.INTERPOLATION_CUBIC
+EXTENSIONS = (b.EXTENSION_REPEAT, b.EXTENSION_EXTEND, b.EXTENSION_CLIP, b.EXTENSION_MIRROR)
+# A float's error of a coordinate, 1e-7 of a few units, times the width of the image and the step between its texels.
+TOLERANCE = 2e-5
+
+
+def noise(kind: type = np.uint8, height: int = 5, width: int = 7, channels: int = 4, srgb: bool = False) -> b.Image:
+    rng = np.random.default_rng(channels + 10 * np.dtype(kind).itemsize)
+    values = rng.random((height, width, channels))
+    if np.dtype(kind).kind == 'u':
+        values = values * np.iinfo(kind).max
+    return b.Image('noise', values.astype(kind), srgb)
+
+
+def emitted(image: b.Image, record: np.ndarray, mesh: b.Mesh | None = None, **values: object) -> np.ndarray:
+    """What a plane looks like that emits what the slot reads."""
+    made = materials(base_color=[[0.0] * 3], textures=textures([record], [{'emission': 0}]))
+    meshes = (plane(uv=(-1.3, 2.6)) if mesh is None else mesh,)
+    return render(scene(meshes, made, images=(image,), **values))['combined'][..., :3]
+
+
+def uv_of_pixels(low: float = -1.3, high: float = 2.6) -> tuple[np.ndarray, np.ndarray]:
+    x, y = centres()
+    return low + (x + 1.0) / 2.0 * (high - low), low + (y + 1.0) / 2.0 * (high - low)
+
+
+def test_slots_are_laid_out_as_the_kernels_read_them() -> None:
+    ours, theirs = b.TEXTURE_SLOT, kernels.dtype_of('TextureSlot')
+    assert ours.itemsize == theirs.itemsize
+    for name in ours.names:
+        there = {'unused': 'lookup'}.get(name, name)
+        assert ours.fields[name][1] == theirs.fields[there][1], name
+
+
+@pytest.mark.parametrize('interpolation', (CLOSEST, LINEAR, CUBIC), ids=('closest', 'linear', 'cubic'))
+@pytest.mark.parametrize('extension', EXTENSIONS, ids=('repeat', 'extend', 'clip', 'mirror'))
+def test_filters_and_extensions(interpolation: int, extension: int) -> None:
+    image = noise(np.float32)
+    seen = emitted(image, slot(interpolation=interpolation, extension=extension))
+    s, t = uv_of_pixels()
+    expected = filtered(image, s, t, interpolation, extension)[..., :3]
+    wrong = np.abs(seen - expected).max(axis=-1) > TOLERANCE
+    # Within its rounding a coordinate falls on either side of a texel's edge.
+    edge = np.minimum(*(np.abs(v * n - np.rint(v * n)) for v, n in ((s, 7), (t, 5)))) < 1e-5
+    assert not (wrong & ~edge).any()
+
+
+@pytest.mark.parametrize('channels', (1, 2, 3, 4))
+@pytest.mark.parametrize('kind', (np.uint8, np.uint16, np.float16, np.float32), ids=lambda kind: kind.__name__)
+def test_depths_and_channels(kind: type, channels: int) -> None:
+    image = noise(kind, channels=channels)
+    s, t = uv_of_pixels()
+    expected = filtered(image, s, t, LINEAR, b.EXTENSION_REPEAT)
+    assert emitted(image, slot()) == pytest.approx(expected[..., :3], abs=TOLERANCE)
+    alpha = emitted(image, slot(channel=b.CHANNEL_A))
+    assert alpha == pytest.approx(np.repeat(expected[..., 3:], 3, axis=-1), abs=TOLERANCE)
+
+
+def test_half_floats_of_all_sizes() -> None:
+    """Subnormal numbers, zero, the largest; infinity and NaN become numbers."""
+    values = np.array([0.0, 6e-8, 3e-5, 6.2e-5, 1.0, 1.5, 1000.0, 65504.0], np.float16)
+    image = b.Image('half', np.repeat(values.reshape(1, -1, 1), 3, axis=2))
+    seen = emitted(image, slot(interpolation=CLOSEST), plane())
+    x, _ = centres()
+    expected = values.astype(float)[np.floor((x + 1.0) / 2.0 * len(values)).astype(int)]
+    assert np.abs(seen[..., 0] - expected).max() <= 6e-8
+    wild = b.Image('wild', np.array([np.inf, -np.inf, np.nan, 1.0], np.float16).reshape(1, 4, 1))
+    assert np.isfinite(emitted(wild, slot(), plane())).all()
+    wild = b.Image('wild', np.array([np.inf, -np.inf, np.nan, 1.0], np.float32).reshape(1, 4, 1))
+    assert np.isfinite(emitted(wild, slot(), plane())).all()
+
+
+def test_srgb_is_decoded_after_filtering() -> None:
+    image = noise(np.uint8, srgb=True)
+    s, t = uv_of_pixels()
+    expected = decode(filtered(image, s, t, LINEAR, b.EXTENSION_REPEAT)[..., :3])
+    assert emitted(image, slot()) == pytest.approx(expected, abs=TOLERANCE)
+    alpha = filtered(image, s, t, LINEAR, b.EXTENSION_REPEAT)[..., 3]
+    assert emitted(image, slot(channel=b.CHANNEL_A))[..., 0] == pytest.approx(alpha, abs=TOLERANCE)
+
+
+def test_colour_is_divided_by_alpha_after_filtering() -> None:
+    image = noise(np.uint8, srgb=True)
+    image.pixels[2, 3] = 0  # nothing there to divide
+    s, t = uv_of_pixels()
+    texel = filtered(image, s, t, LINEAR, b.EXTENSION_REPEAT)
+    straight = decode(texel[..., :3] / texel[..., 3:])
+    seen = emitted(image, slot(flags=b.TEXTURE_UNASSOCIATE))
+    assert seen == pytest.approx(straight, rel=2e-4, abs=TOLERANCE)
+
+
+def test_channel_threshold_scale_offset() -> None:
+    image = noise(np.float32)
+    s, t = uv_of_pixels()
+    texel = filtered(image, s, t, LINEAR, b.EXTENSION_REPEAT)
+    scale, offset = (2.0, -1.0, 0.5), (0.25, 1.5, 0.0)
+    single = {b.CHANNEL_R: 0, b.CHANNEL_G: 1, b.CHANNEL_B: 2, b.CHANNEL_A: 3}
+    for channel, index in single.items():
+        expected = texel[..., index, None] * scale + offset
+        assert emitted(image, slot(channel=channel, scale=scale, offset=offset)) == pytest.approx(expected, abs=1e-4)
+    grey = (texel[..., :3] @ LUMINANCE)[..., None]
+    assert emitted(image, slot(channel=b.CHANNEL_LUMINANCE)) == pytest.approx(np.repeat(grey, 3, -1), abs=TOLERANCE)
+    clear = np.abs(grey - 0.5) > 1e-4
+    step = emitted(image, slot(channel=b.CHANNEL_LUMINANCE, threshold=0.5, scale=3.0, offset=1.0))
+    assert (step == np.where(grey < 0.5, 1.0, 4.0))[np.repeat(clear, 3, -1)].all()
+
+
+def test_mapping_and_uv_layers() -> None:
+    image = noise(np.float32)
+    first = plane().uv
+    mesh = replace(plane(), uv=np.concatenate([first, first[:, ::-1] * F(2.0, -3.0) + F(0.25, 0.5)]).astype(np.float32))
+    record = slot(uv_layer=1, mapping_s=(0.5, 0.25, 7.0, 0.125), mapping_t=(-0.5, 1.5, 7.0, 0.25))
+    x, y = centres()
+    u, v = (x + 1.0) / 2.0, (y + 1.0) / 2.0
+    u, v = v * 2.0 + 0.25, u * -3.0 + 0.5
+    s, t = 0.5 * u + 0.25 * v + 0.125, -0.5 * u + 1.5 * v + 0.25
+    expected = filtered(image, s, t, LINEAR, b.EXTENSION_REPEAT)[..., :3]
+    assert emitted(image, record, mesh) == pytest.approx(expected, abs=TOLERANCE)
+    beyond = emitted(image, slot(uv_layer=2, interpolation=CLOSEST), mesh)
+    assert beyond == pytest.approx(np.broadcast_to(numbers(image)[0, 0, :3], beyond.shape), abs=1e-6)
+
+
+def F(*values: float) -> np.ndarray:
+    return np.array(values, np.float32)
+
+
+@pytest.mark.parametrize('shared', (False, True), ids=('flattened', 'instanced'))
+def test_generated_object_and_world_coordinates(shared: bool) -> None:
+    """On a mesh that was moved to world space, and on one that is instanced: a scale, a turn and a shift."""
+    image = noise(np.float32)
+    transform = np.array([[0.0, -2.0, 0.0, 0.1], [2.0, 0.0, 0.0, -0.2], [0.0, 0.0, 1.0, 0.3]], np.float32)
+    full = np.vstack([transform, [0, 0, 0, 1]])
+    back = np.linalg.inv(full)[:3]
+    far = transform + np.array([[0, 0, 0, 50.0]] * 3, np.float32)
+    frames = [transform, far] if shared else [transform]
+    spaces = b.InstanceSpaces(np.stack([np.linalg.inv(np.vstack([f, [0, 0, 0, 1]]))[:3] for f in frames]).astype('f4'))
+    count = len(frames)
+    placed = instances(
+        count,
+        np.stack(frames),
+        mesh=np.zeros(count, np.uint32),
+        material_base=np.zeros(count, np.uint32),
+        spaces=spaces,
+    )
+    mesh = replace(plane(), generated=(plane().positions * 0.5 + 0.5).astype(np.float32))
+    x, y = centres()
+    world = np.stack([x, y, np.full_like(x, 0.3)], axis=-1)
+    own = world @ back[:, :3].T + back[:, 3]
+    coordinates = {
+        b.COORDINATES_WORLD: world,
+        b.COORDINATES_OBJECT: own,
+        b.COORDINATES_GENERATED: own * 0.5 + 0.5,
+    }
+    for kind, p in coordinates.items():
+        record = slot(coordinates=kind, mapping_s=(0.5, 0.1, 0.3, 0.2), mapping_t=(0.2, 0.7, -0.4, 0.1))
+        s = p @ (0.5, 0.1, 0.3) + 0.2
+        t = p @ (0.2, 0.7, -0.4) + 0.1
+        expected = filtered(image, s, t, LINEAR, b.EXTENSION_REPEAT)[..., :3]
+        seen = emitted(image, record, mesh, instances=placed)
+        assert seen == pytest.approx(expected, abs=TOLERANCE), kind
+
+
+@pytest.mark.parametrize('bad', (np.nan, np.inf, -np.inf, 1e30, -3e38, 1e9))
+def test_coordinates_that_are_no_numbers_or_huge(bad: float) -> None:
+    for interpolation, extension in itertools.product((CLOSEST, LINEAR, CUBIC), EXTENSIONS):
+        mesh = replace(plane(), uv=np.full((4, 2), bad, np.float32))
+        seen = emitted(noise(), slot(interpolation=interpolation, extension=extension), mesh)
+        assert np.isfinite(seen).all() and seen.max() <= 1.0
+
+
+def test_every_input_is_read() -> None:
+    """Two halves of a plane, one textured with what the other has as constants, look alike to the last bits."""
+    image = b.Image('values', np.array([[[0.2, 0.4, 0.6, 0.3]]], np.float32))
+    names = {'base_color': b.CHANNEL_RGB, 'metallic': b.CHANNEL_A, 'roughness': b.CHANNEL_G}
+    names |= {'specular_tint': b.CHANNEL_RGB, 'specular_level': b.CHANNEL_B, 'emission': b.CHANNEL_RGB}
+    slots = [slot(channel=channel) for channel in names.values()] + [slot(channel=b.CHANNEL_R, offset=1.3)]
+    table = textures(slots, [{name: k for k, name in enumerate([*names, 'ior'])}, {}])
+    made = materials(
+        2,
+        base_color=[[0.0] * 3, [0.2, 0.4, 0.6]],
+        specular_tint=[[0.0] * 3, [0.2, 0.4, 0.6]],
+        emission=[[0.0] * 3, [0.2, 0.4, 0.6]],
+        metallic=[1.0, 0.3],
+        roughness=[1.0, 0.4],
+        specular_level=[0.0, 0.6],
+        ior=[1.0, 1.5],
+        textures=table,
+    )
+    sun = lights(((0.3, 0.2, -1.0), 3.0))
+    passes = ('combined', 'diffuse_color', 'emission')
+    seen = [
+        render(
+            scene((plane(),), made, material_slots=np.array([k], np.uint32), images=(image,), lights=sun), passes=passes
+        )
+        for k in (0, 1)
+    ]
+    for name in passes:
+        assert seen[0][name] == pytest.approx(seen[1][name], rel=1e-5), name
+    assert seen[0]['combined'].max() > 0.1
+
+
+def test_passes_show_textured_values() -> None:
+    image = noise(np.float32)
+    made = materials(textures=textures([slot()], [{'base_color': 0, 'emission': 0}]))
+    seen = render(scene((plane(),), made, images=(image,)), passes=('combined', 'diffuse_color', 'emission'))
+    expected = filtered(image, *uv_of_pixels(0.0, 1.0), LINEAR, b.EXTENSION_REPEAT)[..., :3]
+    assert seen['diffuse_color'] == pytest.approx(expected, abs=TOLERANCE)
+    assert seen['emission'] == pytest.approx(expected, abs=TOLERANCE)
+
+
+def test_textured_emission_lights_the_scene() -> None:
+    """A checker of light above a floor: light sampling with bounces, bounces alone, and Direct agree."""
+    pattern = np.zeros((4, 4, 3), np.float32)
+    pattern[::2, ::2] = (9.0, 4.0, 1.0)
+    image = b.Image('checker', pattern)
+    above = replace(plane(-0.5, 0.5, z=0.6), triangles=plane().triangles[:, ::-1].copy(), name='lamp')
+    above = replace(above, corners=above.triangles)
+    closest = slot(interpolation=CLOSEST)
+    view = replace(camera(size=8), transform=np.eye(3, 4, dtype=np.float32) + F(0, 0, 0, 0.5) * F(0, 0, 1)[:, None])
+
+    def floor(sampled: int, integrator: str) -> np.ndarray:
+        made = materials(2, emission_sampling=[0, sampled], textures=textures([closest], [{}, {'emission': 0}]))
+        return render(
+            scene((plane(-3, 3), above), made, images=(image,)),
+            view,
+            samples=4096,
+            integrator=integrator,
+            max_bounces=1,
+        )['combined'][..., :3]
+
+    both, alone, direct = floor(1, 'PATH'), floor(0, 'PATH'), floor(1, 'DIRECT')
+    assert both.mean(axis=(0, 1)) == pytest.approx(alone.mean(axis=(0, 1)), rel=0.01)
+    assert np.abs(both - alone).max() < 0.08 * both.max()
+    # By hand: irradiance of the four lit squares at the pixel nearest the middle.
+    lit = np.array([(x + 0.125, y + 0.125) for x in (-0.5, 0.0) for y in (-0.5, 0.0)])
+    grid = (np.arange(32) + 0.5) / 32 * 0.25 - 0.125
+    q = (lit[:, None, None, :] + np.stack(np.meshgrid(grid, grid), -1)).reshape(-1, 2)
+    x, y = centres(size=8)
+    at = np.stack([x[4, 4], y[4, 4]])
+    d2 = ((q - at) ** 2).sum(axis=1) + 0.36
+    form = (0.36 / d2**2).sum() * (0.25 / 32) ** 2
+    assert direct[4, 4] == pytest.approx(np.array((9.0, 4.0, 1.0)) * 0.8 / np.pi * form, rel=0.02)
+
+
+def test_no_image_no_feature() -> None:
+    image = noise()
+    unused = materials(2, textures=textures([slot()], [{}, {'base_color': 0}]))
+    seen = render(scene((plane(),), unused, images=(image,), material_slots=np.zeros(1, np.uint32)))
+    assert not {'textures', 'transparency'} & set(seen['stats']['features'])
+    used = materials(textures=textures([slot()], [{'base_color': 0}]))
+    assert 'textures' in render(scene((plane(),), used, images=(image,)))['stats']['features']
+
+
+def test_pixels_are_shared_and_counted() -> None:
+    image = noise(np.float32, 64, 32)
+    odd = b.Image('odd', np.zeros((3, 3, 3), np.uint8))  # 27 bytes: copied, since kernels read words
+    made = materials(textures=textures([slot(), slot(1)], [{'base_color': 0, 'emission': 1}]))
+    built = native.load().Scene(scene((plane(),), made, images=(image, odd)), threads=1, embree=native.embree_library())
+    stats = built.stats()
+    assert stats['images'] == 2 and stats['image_bytes'] == image.pixels.nbytes + 27
+    assert stats['memory_bytes'] >= stats['bvh_bytes'] + stats['image_bytes']
+
+
+@pytest.mark.parametrize(
+    'pixels, words',
+    [
+        (np.zeros((2, 2), np.uint8), 'dimensions'),
+        (np.zeros((2, 2, 5), np.uint8), 'channels'),
+        (np.zeros((0, 2, 4), np.uint8), 'sides'),
+        (np.zeros((2, 2, 4), np.float64), 'float64'),
+        (np.zeros((2, 2, 4), np.int8), 'int8'),
+        (np.zeros((2, 4, 4), np.uint8)[:, ::2], 'C-contiguous'),
+    ],
+)
+def test_wrong_images_are_named(pixels: np.ndarray, words: str) -> None:
+    made = materials(textures=textures([slot()], [{'base_color': 0}]))
+    with pytest.raises(ValueError, match=f"image 'wrong'.*{words}"):
+        render(scene((plane(),), made, images=(b.Image('wrong', pixels),)))
+
+
+@pytest.mark.parametrize(
+    'values', [{'image': 1}, {'channel': 6}, {'coordinates': 4}, {'interpolation': 3}, {'extension': 4}]
+)
+def test_wrong_slots_are_named(values: dict[str, int]) -> None:
+    made = materials(textures=textures([slot(**values)], [{'base_color': 0}]))
+    with pytest.raises(ValueError, match=rf'slots\[0\]\.{next(iter(values))}'):
+        render(scene((plane(),), made, images=(noise(),)))
+
+
+def test_wrong_tables_are_named() -> None:
+    good = textures([slot()], [{'base_color': 0}])
+    for wrong, words in (
+        (replace(good, inputs=good.inputs + 1), 'inputs'),
+        (replace(good, inputs=good.inputs[:, :8].copy()), 'inputs'),
+        (replace(good, normal_strength=good.normal_strength[:0]), 'normal_strength'),
+        (replace(good, normal_space=good.normal_space + np.uint32(3)), 'normal_space'),
+        (replace(good, slots=slot(coordinates=b.COORDINATES_OBJECT)), 'spaces'),
+    ):
+        with pytest.raises(ValueError, match=words):
+            render(scene((plane(),), materials(textures=wrong), images=(noise(),)))
