@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The Principled BSDF as Blender 5.2 has it, without coat, sheen, transmission and subsurface: a metal, and beside it a
-// diffuse base under a dielectric layer. Emission and transparency are not part of it.
+// diffuse base under a dielectric layer. Where a material asks for another model, model.h takes over.
 #ifndef COTORRA_BSDF_H
 #define COTORRA_BSDF_H
 
 #include "bsdf_tables.h"
 #include "microfacet.h"
+#include "model.h"
 #include "sampling.h"
 #include "scene_types.h"
 
@@ -40,6 +41,7 @@ struct Bsdf {
   float unused;
   vec3 coating_f90;  // dielectric: (1 - the user's F0) / (1 - fresnel_f0)
   uint lobes;  // BSDF_*: what bsdf_eval finds, and BSDF_SINGULAR where only bsdf_sample can
+  ModelBsdf model;  // with FEATURE_MODELS only; takes over where it is not MODEL_PRINCIPLED
 };
 
 struct BsdfSample {
@@ -183,10 +185,31 @@ FN vec3 normal_for_reflection(vec3 n, vec3 ng, vec3 wo) {
   return x_axis * sqrt(1.0f - z2) + ng * sqrt(z2);
 }
 
+// The same for a material with a model other than Principled: of Bsdf itself, only normals, flags and the albedo count.
+FN vec3 bsdf_prepare_model(IN(SceneData) scene, IN(Material) material, vec3 n, vec3 ng, vec3 wo, INOUT(Bsdf) bsdf) {
+  const MaterialModel model = LOAD(scene.models, material.flags >> MATERIAL_INDEX_SHIFT);
+  bsdf_clear_glossy(bsdf);
+  bsdf.n = n;
+  bsdf.unused = 0.0f;
+  bsdf.n_glossy = normal_for_reflection(n, ng, wo);
+  const vec3 albedo = model_prepare(material, model, n, bsdf.n_glossy, wo, bsdf.model);
+  bsdf.no = bsdf.model.no;
+  bsdf.p_glossy = bsdf.model.p_specular;
+  bsdf.diffuse = bsdf.model.diffuse * INV_PI;
+  const uint kind = select(model_is_mirror(bsdf.model), BSDF_SINGULAR, BSDF_GLOSSY);
+  const uint sharp = select((material.flags & MATERIAL_SHARP) != 0u, BSDF_SHARP, 0u);
+  bsdf.lobes = BSDF_DIFFUSE | select(bsdf.p_glossy > 0.0f, kind | sharp, 0u);
+  return albedo;
+}
+
 // Prepares the lobes of a material toward wo. `n` is the shading normal on the side of the geometric normal that faces
 // wo, `ng`; dot(n, wo) may be negative on smooth surfaces. Also returns the albedo of the
 // glossy lobes, for passes; that of the diffuse lobe is pi times Bsdf.diffuse.
 FN vec3 bsdf_prepare_albedo(IN(SceneData) scene, IN(Material) material, vec3 n, vec3 ng, vec3 wo, OUT(Bsdf) bsdf) {
+  if (FEATURE(FEATURE_MODELS)) {
+    if ((material.flags & MATERIAL_MODEL) != 0u) return bsdf_prepare_model(scene, material, n, ng, wo, bsdf);
+    model_clear(bsdf.model);
+  }
   float rest;
   const float metal = principled_metal(material, rest);
   vec3 albedo = vec3(0.0f);
@@ -244,6 +267,10 @@ FN float glossy_cosine(IN(Bsdf) bsdf, float n_wi, vec3 wi) {
 // f cos(wi) of the diffuse lobe, and of the glossy lobe beside it; pdf is that of bsdf_sample. All are 0 below n.
 FN vec3 bsdf_eval_lobes(IN(Bsdf) bsdf, vec3 wo, vec3 wi, OUT(vec3) glossy, OUT(float) pdf) {
   const float n_wi = dot(bsdf.n, wi);
+  if (FEATURE(FEATURE_MODELS) && bsdf.model.model != MODEL_PRINCIPLED) {
+    const float ni_glossy = glossy_cosine(bsdf, n_wi, wi);
+    return model_eval(bsdf.model, bsdf.n, bsdf.n_glossy, ni_glossy, wo, wi, glossy, pdf);
+  }
   const float ni = max(n_wi, 0.0f);
   pdf = ni * INV_PI;
   glossy = vec3(0.0f);
@@ -270,8 +297,28 @@ FN vec3 bsdf_sample_half_vector(IN(Bsdf) bsdf, vec3 o, vec2 disk) {
   return half_vector_GGX(o, sqrt(bsdf.alpha2), bsdf.s_o, disk);
 }
 
+// The same for a material with a model other than Principled.
+FN void bsdf_sample_model(IN(Bsdf) bsdf, vec3 wo, float u_lobe, vec2 u, OUT(BsdfSample) s) {
+  bool specular;
+  s.wi = model_sample(bsdf.model, bsdf.n, bsdf.n_glossy, wo, u_lobe, u, specular);
+  s.lobe = select(specular, BSDF_GLOSSY, BSDF_DIFFUSE) | (bsdf.lobes & BSDF_SHARP);
+  if (specular && (bsdf.lobes & BSDF_SINGULAR) != 0u) {
+    s.lobe |= BSDF_SINGULAR;
+    s.pdf = bsdf.p_glossy;
+    s.weight = model_fresnel(bsdf.model, bsdf.no) * (bsdf.model.share / bsdf.p_glossy);
+    return;
+  }
+  vec3 glossy;
+  const vec3 diffuse = bsdf_eval_lobes(bsdf, wo, s.wi, glossy, s.pdf);
+  s.weight = (diffuse + glossy) * (s.pdf > 0.0f ? 1.0f / s.pdf : 0.0f);
+}
+
 // A direction, from one of the lobes in proportion to their albedo.
 FN void bsdf_sample(IN(Bsdf) bsdf, vec3 wo, float u_lobe, vec2 u, OUT(BsdfSample) s) {
+  if (FEATURE(FEATURE_MODELS) && bsdf.model.model != MODEL_PRINCIPLED) {
+    bsdf_sample_model(bsdf, wo, u_lobe, u, s);
+    return;
+  }
   const bool pick_glossy = FEATURE(FEATURE_SPECULAR) && u_lobe < bsdf.p_glossy;
   vec3 frame = bsdf.n;
   if (FEATURE(FEATURE_SPECULAR)) frame = select(pick_glossy, bsdf.n_glossy, bsdf.n);

@@ -48,8 +48,10 @@ struct ShadingLanes {
   Vec3s n, n_glossy, diffuse, metal_f0, metal_range, metal_edge, coating_f0, coating_f90;
   Floats p_glossy, no, alpha2, s_o, eta, fresnel_f0;
   Array<uint, kLanes> lobes;
+  Array<ModelBsdf, FEATURE(FEATURE_MODELS) ? kLanes : 1> model;
 
   void set_bsdf(std::size_t i, const Bsdf &b) {
+    if (FEATURE(FEATURE_MODELS)) model[i] = b.model;
     n.set(i, b.n);
     diffuse.set(i, b.diffuse);
     if (!FEATURE(FEATURE_SPECULAR)) return;
@@ -69,6 +71,7 @@ struct ShadingLanes {
   }
   Bsdf bsdf(std::size_t i) const {
     Bsdf b{};
+    if (FEATURE(FEATURE_MODELS)) b.model = model[i];
     b.n = n.get(i);
     b.diffuse = diffuse.get(i);
     if (!FEATURE(FEATURE_SPECULAR)) return b;

@@ -37,6 +37,8 @@ INTEGRATOR = (
         roulette_start=integers(4),
     ),
 )
+# Without the feature nothing fills in a model: two outputs would differ by what was in memory before.
+NO_MODEL = 'if (!FEATURE(FEATURE_MODELS)) {{ model_clear({0}.model); }} '
 # The viewer is on the side of the triangle that its normals are on, as after surface_from_hit.
 FACING = 'vec3 o = dot(s.ng, wo) < 0.0f ? -wo : wo; Bsdf bsdf; bsdf_prepare(scene, material, s.n, s.ng, o, bsdf); '
 
@@ -98,7 +100,9 @@ MATERIALS = [
         'bsdf_preparation',
         'albedo = bsdf_prepare_albedo(scene, material, n, ng, wo, full);'
         'bsdf_prepare(scene, material, n, ng, wo, bsdf);'
-        'cleared = full; bsdf_clear_glossy(cleared); glossy = full; left = 0.5f;'
+        + NO_MODEL.format('full')
+        + NO_MODEL.format('bsdf')
+        + 'cleared = full; bsdf_clear_glossy(cleared); glossy = full; left = 0.5f;'
         'Multiscatter m; m.single = 0.5f; m.missing = 1.0f; m.mean = 0.6f; part = full;'
         'metal = bsdf_prepare_metal(scene, material, m, 0.3f, part);'
         'coating = bsdf_prepare_coating(scene, material, m, 0.4f, 1.4f, 0.04f, part);'

@@ -103,6 +103,33 @@ def materials(rng: np.random.Generator, n: int) -> np.ndarray:
     )(rng, n)
 
 
+def material_models(rng: np.random.Generator, n: int) -> np.ndarray:
+    """Reflection models of all kinds, each with all of its parameters."""
+    return records(
+        'MaterialModel',
+        model=integers(7),
+        distribution=integers(3),
+        masking=integers(4),
+        fresnel=integers(4),
+        f0_mode=integers(3),
+        split=integers(2),
+        normalized=integers(2),
+        oren_nayar_form=integers(2),
+        toon_steps=integers(6),
+        kd=uniform(0.0, 0.3),
+        ks=uniform(),
+        shininess=magnitudes(0.5, 200.0),
+        oren_nayar_sigma=uniform(0.0, 1.5),
+        specular_color=colors(),
+        f0=colors(),
+        conductor_n=colors(3.0),
+        conductor_k=colors(4.0),
+        f82_tint=colors(),
+        toon_lit=colors(),
+        toon_shade=colors(),
+    )(rng, n)
+
+
 def lights(rng: np.random.Generator, n: int) -> np.ndarray:
     """Lamps of each type, with and without a size; rotations are orthonormal frames as the exporter writes them."""
     known = constants()
@@ -227,6 +254,7 @@ def scene() -> Scene:
             'lights': lights(rng, LIGHTS),
             'light_shapes': light_shapes(np.random.default_rng(2), LIGHTS),
             'materials': materials(rng, MATERIALS),
+            'models': material_models(np.random.default_rng(2), MATERIALS),
             'material_slots': rng.integers(0, MATERIALS, INSTANCES + 4).astype(np.uint32),
             'meshes': meshes,
             'instances': instances,

@@ -16,6 +16,7 @@ import pytest
 import kernel_cases
 import kernel_cases_integrators
 import kernel_cases_lights
+import kernel_cases_models
 import kernel_cases_path
 import kernel_cases_textures
 import kernel_source as kernels
@@ -25,9 +26,10 @@ from vulkan import Runner, open_lavapipe
 
 CASES = [
     *kernel_cases.CASES,
-    *kernel_cases_lights.CASES,
-    *kernel_cases_path.CASES,
     *kernel_cases_integrators.CASES,
+    *kernel_cases_lights.CASES,
+    *kernel_cases_models.CASES,
+    *kernel_cases_path.CASES,
     *kernel_cases_textures.CASES,
 ]
 
