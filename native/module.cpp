@@ -13,6 +13,7 @@
 #include <thread>
 
 #include "features.h"
+#include "laboratory.h"
 #include "python_arrays.h"
 #include "python_models.h"
 #include "python_textures.h"
@@ -82,21 +83,7 @@ SceneInput read_scene(nb::handle buffers, std::vector<nb::object> &keep) {
   in.instances.light_group = view<int, std::int32_t>(instances, "light_group", keep);
   in.instances.terminator = view<float, float>(instances, "terminator", keep);
 
-  const nb::object materials = nb::getattr(buffers, "materials");
-  in.materials.base_color = view<vec3, float>(materials, "base_color", keep);
-  in.materials.metallic = view<float, float>(materials, "metallic", keep);
-  in.materials.roughness = view<float, float>(materials, "roughness", keep);
-  in.materials.ior = view<float, float>(materials, "ior", keep);
-  in.materials.specular_level = view<float, float>(materials, "specular_level", keep);
-  in.materials.specular_tint = view<vec3, float>(materials, "specular_tint", keep);
-  in.materials.emission = view<vec3, float>(materials, "emission", keep);
-  in.materials.alpha = view<float, float>(materials, "alpha", keep);
-  in.materials.multi_ggx = view<uint, std::uint32_t>(materials, "multi_ggx", keep);
-  in.materials.pass_index = view<int, std::int32_t>(materials, "pass_index", keep);
-  in.materials.emission_sampling = view<uint, std::uint32_t>(materials, "emission_sampling", keep);
-  in.materials.transmission = view<float, float>(materials, "transmission", keep);
-  in.materials.emission_sides = view<uint, std::uint32_t>(materials, "emission_sides", keep);
-  in.materials.models = read_models(nb::getattr(materials, "models", nb::none()), keep);
+  in.materials = read_materials(nb::getattr(buffers, "materials"), keep);
   in.material_slots = view<uint, std::uint32_t>(buffers, "material_slots", keep);
 
   const nb::object lights = nb::getattr(buffers, "lights");
@@ -289,6 +276,8 @@ NB_MODULE(cotorra_native, m) {
         return list;
       },
       "The builds of the CPU kernels: (instruction set, features compiled in).");
+
+  register_laboratory(m);
 
   nb::class_<SceneHandle>(m, "Scene", "A validated scene with its BVH.")
       .def(

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Reads a MaterialModels by the names of its arrays. Nothing is checked but their types.
+// Reads materials and their reflection models by the names of their arrays. Nothing is checked but types.
 #include "python_models.h"
 
 #include "python_arrays.h"
@@ -33,6 +33,25 @@ ModelsInput read_models(nb::handle models, std::vector<nb::object> &keep) {
   in.toon_lit = view<vec3, float>(models, "toon_lit", keep);
   in.toon_shade = view<vec3, float>(models, "toon_shade", keep);
   in.absorption = view<vec3, float>(models, "absorption", keep);
+  return in;
+}
+
+MaterialsInput read_materials(nb::handle materials, std::vector<nb::object> &keep) {
+  MaterialsInput in;
+  in.base_color = view<vec3, float>(materials, "base_color", keep);
+  in.metallic = view<float, float>(materials, "metallic", keep);
+  in.roughness = view<float, float>(materials, "roughness", keep);
+  in.ior = view<float, float>(materials, "ior", keep);
+  in.specular_level = view<float, float>(materials, "specular_level", keep);
+  in.specular_tint = view<vec3, float>(materials, "specular_tint", keep);
+  in.emission = view<vec3, float>(materials, "emission", keep);
+  in.alpha = view<float, float>(materials, "alpha", keep);
+  in.multi_ggx = view<uint, std::uint32_t>(materials, "multi_ggx", keep);
+  in.pass_index = view<int, std::int32_t>(materials, "pass_index", keep);
+  in.emission_sampling = view<uint, std::uint32_t>(materials, "emission_sampling", keep);
+  in.transmission = view<float, float>(materials, "transmission", keep);
+  in.emission_sides = view<uint, std::uint32_t>(materials, "emission_sides", keep);
+  in.models = read_models(nb::getattr(materials, "models", nb::none()), keep);
   return in;
 }
 

@@ -117,7 +117,7 @@ Scene::Scene(SceneInput input, std::shared_ptr<const embree::Library> library, i
     : library_(std::move(library)) {
   validate(input);
   light_group_count_ = input.light_group_count;
-  prepare_materials(input.materials);
+  materials_ = material_records(input.materials);
   prepare_models(input.materials.models);
   prepare_classic(input.materials);
   prepare_textures(input.textures, input.materials.emission_sampling, input.materials.emission_sides);
@@ -194,19 +194,6 @@ void Scene::validate(const SceneInput &in) const {
     if (!m.uv.empty()) require_below(flat(m.corners), m.uv.size(), name + "corners (of uv)");
     if (!m.slots.empty()) require_size(m.slots, m.triangles.size(), (name + "slots").c_str());
   }
-  require_size(in.materials.base_color, materials, "materials.base_color");
-  require_size(in.materials.roughness, materials, "materials.roughness");
-  require_size(in.materials.ior, materials, "materials.ior");
-  require_size(in.materials.specular_level, materials, "materials.specular_level");
-  require_size(in.materials.specular_tint, materials, "materials.specular_tint");
-  require_size(in.materials.emission, materials, "materials.emission");
-  require_size(in.materials.alpha, materials, "materials.alpha");
-  require_size(in.materials.multi_ggx, materials, "materials.multi_ggx");
-  require_size(in.materials.pass_index, materials, "materials.pass_index");
-  require_size(in.materials.emission_sampling, materials, "materials.emission_sampling");
-  if (!in.materials.emission_sides.empty()) {
-    require_size(in.materials.emission_sides, materials, "materials.emission_sides");
-  }
   const std::size_t lights = in.lights.type.size();
   require_below(in.lights.type, 3, "lights.type");
   require_size(in.lights.strength, lights, "lights.strength");
@@ -224,10 +211,30 @@ void Scene::validate(const SceneInput &in) const {
   validate_light_shapes(in.lights);
 }
 
-void Scene::prepare_materials(const MaterialsInput &in) {
-  materials_.resize(in.metallic.size());
-  for (std::size_t i = 0; i < materials_.size(); ++i) {
-    Material &m = materials_[i];
+namespace {
+void validate_materials(const MaterialsInput &in) {
+  const std::size_t materials = in.metallic.size();
+  require_size(in.base_color, materials, "materials.base_color");
+  require_size(in.roughness, materials, "materials.roughness");
+  require_size(in.ior, materials, "materials.ior");
+  require_size(in.specular_level, materials, "materials.specular_level");
+  require_size(in.specular_tint, materials, "materials.specular_tint");
+  require_size(in.emission, materials, "materials.emission");
+  require_size(in.alpha, materials, "materials.alpha");
+  require_size(in.multi_ggx, materials, "materials.multi_ggx");
+  require_size(in.pass_index, materials, "materials.pass_index");
+  require_size(in.emission_sampling, materials, "materials.emission_sampling");
+  if (!in.emission_sides.empty()) {
+    require_size(in.emission_sides, materials, "materials.emission_sides");
+  }
+}
+}  // namespace
+
+std::vector<Material> material_records(const MaterialsInput &in) {
+  validate_materials(in);
+  std::vector<Material> materials(in.metallic.size());
+  for (std::size_t i = 0; i < materials.size(); ++i) {
+    Material &m = materials[i];
     m = {};
     m.base_color = in.base_color[i];
     m.metallic = clamp(in.metallic[i], 0.0f, 1.0f);
@@ -244,6 +251,7 @@ void Scene::prepare_materials(const MaterialsInput &in) {
     if (m.alpha < 1.0f) m.flags |= MATERIAL_TRANSPARENT;
     set_emission_flags(m, in.emission_sampling[i], in.emission_sides.empty() ? 3u : in.emission_sides[i]);
   }
+  return materials;
 }
 
 void Scene::prepare_lights(const LightsInput &in) {

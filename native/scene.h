@@ -119,6 +119,8 @@ void set_emission_flags(Material &material, uint sampled, uint sides);
 
 // Radiometry and geometry of one lamp from Blender's units (see blender-facts in the project's notes, measured on
 // Cycles).
+// The records of the materials, as Principled ones. Throws std::invalid_argument where arrays differ in length.
+std::vector<Material> material_records(const MaterialsInput &materials);
 Light light_from_blender(const LightsInput &lights, std::size_t index);
 // How the lamp falls off and ends; marks `light` with LIGHT_SHAPED where that is not Blender's way.
 LightShape shape_light(const LightsInput &lights, std::size_t index, Light &light);
@@ -152,8 +154,7 @@ class Scene {
 
  private:
   void validate(const SceneInput &input) const;
-  void prepare_materials(const MaterialsInput &input);
-  void prepare_models(const ModelsInput &input);  // after prepare_materials
+  void prepare_models(const ModelsInput &input);  // after the materials
   void prepare_classic(const MaterialsInput &input);
   // After prepare_models.
   void prepare_textures(TexturesInput &input, std::span<const uint> emission_sampling,

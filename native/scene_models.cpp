@@ -110,16 +110,7 @@ float equal_roughness(const Material &material, const MaterialModel &model) {
   return std::pow(2.0f / (n + 2.0f), 0.25f);
 }
 
-}  // namespace
-
-std::vector<MaterialModel> model_records(const ModelsInput &in, std::size_t materials) {
-  check(in, materials);
-  std::vector<MaterialModel> models(materials);
-  for (std::size_t i = 0; i < materials; ++i) models[i] = record(in, i);
-  return models;
-}
-
-uint model_material_flags(const Material &material, const MaterialModel &model) {
+uint model_flags(const Material &material, const MaterialModel &model) {
   const bool phong = model.model == MODEL_PHONG || model.model == MODEL_BLINN_PHONG;
   const bool specular = model.model == MODEL_COOK_TORRANCE || (phong && model.ks > 0.0f);
   const bool no_diffuse =
@@ -131,21 +122,34 @@ uint model_material_flags(const Material &material, const MaterialModel &model) 
   return flags;
 }
 
-void Scene::prepare_models(const ModelsInput &in) {
-  if (in.model.empty()) return;
-  models_ = model_records(in, materials_.size());
-  data_.models = {models_.data()};
-  for (std::size_t i = 0; i < models_.size(); ++i) {
-    if (models_[i].model == MODEL_PRINCIPLED) continue;
+}  // namespace
+
+std::vector<MaterialModel> model_records(const ModelsInput &in, std::size_t materials) {
+  check(in, materials);
+  std::vector<MaterialModel> models(materials);
+  for (std::size_t i = 0; i < materials; ++i) models[i] = record(in, i);
+  return models;
+}
+
+void apply_models(std::span<const MaterialModel> models, std::span<Material> materials) {
+  for (std::size_t i = 0; i < models.size(); ++i) {
+    if (models[i].model == MODEL_PRINCIPLED) continue;
     if (i >> (32u - MATERIAL_INDEX_SHIFT) != 0) {
       throw std::invalid_argument("models.model[" + std::to_string(i) + "]: only the first " +
                                   std::to_string(1u << (32u - MATERIAL_INDEX_SHIFT)) +
                                   " materials can have a reflection model other than Principled");
     }
-    Material &m = materials_[i];
+    Material &m = materials[i];
     m.flags &= ~(MATERIAL_SPECULAR | MATERIAL_DIFFUSE | MATERIAL_SHARP);
-    m.flags |= model_material_flags(m, models_[i]) | static_cast<uint>(i) << MATERIAL_INDEX_SHIFT;
+    m.flags |= model_flags(m, models[i]) | static_cast<uint>(i) << MATERIAL_INDEX_SHIFT;
   }
+}
+
+void Scene::prepare_models(const ModelsInput &in) {
+  if (in.model.empty()) return;
+  models_ = model_records(in, materials_.size());
+  data_.models = {models_.data()};
+  apply_models(models_, materials_);
 }
 
 }  // namespace cotorra

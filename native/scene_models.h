@@ -23,8 +23,8 @@ constexpr float kSharpRoughness = 0.25f;
 
 // The records of `materials` models. Throws std::invalid_argument naming array, index and value.
 std::vector<MaterialModel> model_records(const ModelsInput &in, std::size_t materials);
-// The flags that say what a material with this model does: MATERIAL_MODEL, MATERIAL_SPECULAR, MATERIAL_DIFFUSE,
-// MATERIAL_SHARP.
-uint model_material_flags(const Material &material, const MaterialModel &model);
+// Marks the materials with a model other than Principled: MATERIAL_MODEL, the place of the model, and what it does
+// (MATERIAL_SPECULAR, MATERIAL_DIFFUSE, MATERIAL_SHARP).
+void apply_models(std::span<const MaterialModel> models, std::span<Material> materials);
 
 }  // namespace cotorra

@@ -19,23 +19,11 @@ from cotorra.native import embree_library
 
 from native_build import BUILD, ROOT, build_module, build_program, compiler
 
-NATIVE = [
-    f'native/{name}.cpp'
-    for name in (
-        *(
-            'embree',
-            'scene',
-            'scene_bvh',
-            'scene_models',
-            'scene_lights',
-            'scene_classic',
-            'film',
-            'session',
-            'integrators',
-        ),
-        *('images', 'scene_textures', 'features', 'cpu_kernels', 'cpu_kernel'),
-    )
+SOURCES = sorted((ROOT / 'native').glob('*.cpp'))
+PYTHON = [
+    path for path in SOURCES if '#include <nanobind' in path.read_text() or '"python_arrays.h"' in path.read_text()
 ]
+NATIVE = [path for path in SOURCES if path not in PYTHON]
 ALL_FEATURES = 0x1FFFF
 MEMORY = ('-fsanitize=address,undefined', '-fno-sanitize-recover=all')
 THREADS = ('-fsanitize=thread',)
