@@ -15,10 +15,11 @@ INTEGRATORS = (
     (
         'WHITTED',
         'Whitted',
-        'Direct and ambient light, and rays that are mirrored and refracted (Whitted 1980)',
+        'Light of lamps, ambient light, and rays that smooth metal and glass mirror and refract (Whitted 1980). '
+        'Rough surfaces are lit by lamps only; emitting surfaces and the world are seen but light nothing',
     ),
-    ('AO', 'Ambient Occlusion', 'How much of the surroundings each point sees, without any light'),
-    ('TOON', 'Toon', 'Flat tones by the number of lights, with outlines'),
+    ('AO', 'Ambient Occlusion', 'How much of the sky each point sees within a distance, without any light'),
+    ('TOON', 'Toon', 'Flat tones by the number of lamps that light a point fully, with outlines'),
 )
 DEVICES = (('CPU', 'CPU', "All processor cores that Blender's thread setting allows"),)
 
@@ -85,6 +86,7 @@ DEMOS = {
     'three_lights': 'thirty twice-subdivided monkeys under a sun, a point and a spot light',
     'box_room': 'a cone, a cube and a sphere in a room under three lights',
     'material_grid': 'spheres over roughness and metallic under three lights',
+    'whitted_classic': 'a glass and a mirror sphere over a checker floor, as in 1980',
     'model_room': 'a furnished room, textured, each piece with a reflection model of its own',
     'model_pair': 'a copper vase and a tiled block, textured, each with a reflection model of its own',
 }

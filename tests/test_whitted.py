@@ -126,3 +126,74 @@ def test_threads_do_not_change_a_bit() -> None:
     one, four = (render(made, view, 'WHITTED', samples=4, threads=threads) for threads in (1, 4))
     assert np.array_equal(one, four)
     assert one[..., :3].max() > 0.1
+
+
+# ---- Media, constants of the studies, shadows
+
+CLEAR = replace(GLASS, ior=1.0)
+
+
+@pytest.mark.parametrize('angle', [0.0, 0.9])
+def test_absorption_is_exponential_in_the_way(angle: float) -> None:
+    sigma = np.array([0.5, 1.0, 3.0])
+    body = box((-5, -5, -0.4), (5, 5, 0.4), replace(CLEAR, model={'absorption': tuple(sigma)}))
+    behind = quad((-90, -90, -9), (180, 0, 0), (0, 180, 0), GLOW)
+    picture = render(scene([body, behind]), view_at(angle), 'WHITTED', **ALL)[..., :3]
+    expected = np.array(GLOW.emission) * np.exp(-sigma * 0.8 / math.cos(angle))
+    assert picture == pytest.approx(np.broadcast_to(expected, picture.shape), rel=1e-4)
+    # The same for what lies inside.
+    inside = quad((-4, -4, 0), (8, 0, 0), (0, 8, 0), GLOW)
+    picture = render(scene([body, inside]), view_at(angle), 'WHITTED', **ALL)[..., :3]
+    expected = np.array(GLOW.emission) * np.exp(-sigma * 0.4 / math.cos(angle))
+    assert picture == pytest.approx(np.broadcast_to(expected, picture.shape), rel=1e-4)
+
+
+def test_the_constants_of_the_studies() -> None:
+    """kr and kt weigh what a model's surface reflects and transmits, whatever the angle; by Snell's law."""
+    above = quad((-90, -90, 20), (180, 0, 0), (0, 180, 0), GLOW)
+    below = quad((-90, -90, -9), (180, 0, 0), (0, 180, 0), replace(GLOW, emission=(7.0, 11.0, 13.0)))
+    sheet = quad((-50, -50, 0), (100, 0, 0), (0, 100, 0), Material(model={'model': 1, 'kr': 0.3, 'kt': 0.6}))
+    picture = render(scene([above, sheet, below]), view_at(0.7), 'WHITTED', **ALL)[..., :3]
+    expected = 0.3 * np.array(GLOW.emission) + 0.6 * np.array((7.0, 11.0, 13.0))
+    assert picture == pytest.approx(np.broadcast_to(expected, picture.shape), rel=1e-5)
+
+
+@pytest.mark.parametrize('angle', [0.0, 0.8])
+def test_shadow_rays_see_through_glass_where_that_is_set(angle: float) -> None:
+    tint = np.array((0.9, 0.5, 0.2))
+    pane = box((-50, -50, 1.0), (50, 50, 1.2), replace(GLASS, base_color=tuple(tint)))
+    floor = quad((-50, -50, 0), (100, 0, 0), (0, 100, 0))
+    made = scene([pane, floor], [Lamp('SUN', (2.0, 2.0, 2.0), towards=tuple(slanted(angle)))])
+    view = camera(SIZE, (0, 0, 0.5), (0, 0, -1), window=0.1)
+    assert render(made, view, 'WHITTED')[..., :3].max() == 0.0
+    picture = render(made, view, 'WHITTED', use_transparent_shadows=True)[..., :3]
+    through = (1.0 - dielectric(math.cos(angle), 1.5)) ** 2 * tint
+    expected = 2.0 * math.cos(angle) / math.pi * through
+    assert picture == pytest.approx(np.broadcast_to(expected, picture.shape), rel=1e-4)
+
+
+def test_shadow_rays_absorb_stop_at_walls_and_end() -> None:
+    floor = quad((-50, -50, 0), (100, 0, 0), (0, 100, 0))
+    lamp = Lamp('POINT', (4.0 * np.pi**2 * 9.0,) * 3, (0, 0, 3))  # 1 / cos on the floor below
+    view = camera(SIZE, (0, 0, 0.05), (0, 0, -1), window=1e-3)
+
+    def light(*shapes) -> float:
+        return render(scene([floor, *shapes], [lamp]), view, 'WHITTED', use_transparent_shadows=True)[4, 4, 1]
+
+    body = box((-5, -5, 1), (5, 5, 1.5), replace(CLEAR, model={'absorption': (2.0, 2.0, 2.0)}))
+    wall = quad((-5, -5, 2), (10, 0, 0), (0, 10, 0))
+    beyond = quad((-5, -5, 4), (10, 0, 0), (0, 10, 0))  # over the lamp: in nobody's way
+    open_floor = light()
+    assert light(body) == pytest.approx(open_floor * math.exp(-1.0), rel=1e-4)
+    assert light(body, wall) == 0.0
+    assert light(body, beyond) == pytest.approx(light(body), rel=1e-6)
+    sheets = [quad((-5, -5, 0.1 + 0.1 * i), (10, 0, 0), (0, 10, 0), CLEAR) for i in range(17)]
+    assert light(*sheets[:16]) == pytest.approx(open_floor, rel=1e-4)
+    assert light(*sheets) == 0.0
+
+
+def test_emitting_surfaces_are_seen_but_light_nothing() -> None:
+    floor = quad((-5, -5, 0), (10, 0, 0), (0, 10, 0))
+    made = scene([floor, quad((-5, -5, 1), (0, 10, 0), (10, 0, 0), GLOW)])
+    assert render(made, camera(SIZE, (0, 0, 0.5), (0, 0, -1)), 'WHITTED')[..., :3].max() == 0.0
+    assert render(made, camera(SIZE, (0, 0, 0.5), (0, 0, 1)), 'WHITTED')[0, 0, :3] == pytest.approx(GLOW.emission)

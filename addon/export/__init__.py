@@ -45,7 +45,8 @@ def export_scene(
     log.checkpoint()
 
     # What each group is: a lamp, or a mesh with its materials, or nothing.
-    table = materials.MaterialTable(log, trees, ImageTable(log, engine_scene.frame_current))
+    refracts = engine_scene.cotorra.integrator == 'WHITTED'
+    table = materials.MaterialTable(log, trees, ImageTable(log, engine_scene.frame_current), refracts)
     lamps: list[lights.Lamp] = []
     found: list[shapes.Shape] = []
     lamp_of_group = np.full(len(walk.groups), -1, np.int32)

@@ -25,10 +25,11 @@ class Bsdf:
     specular_tint: Color | Texture = WHITE
     multi_ggx: bool = True
     normal: NormalMap | None = None
+    transmission: float = 0.0
 
     @property
     def is_diffuse(self) -> bool:
-        return self.metallic == 0.0 and self.specular_level == 0.0
+        return self.metallic == 0.0 and self.specular_level == 0.0 and self.transmission == 0.0
 
 
 def diffuse(color: Color | Texture, normal: NormalMap | None = None) -> Bsdf:

@@ -55,6 +55,7 @@ class MaterialTable:
     log: Log
     trees: Trees
     images: ImageTable
+    refracts: bool = False  # whether glass is rendered
     rows: list[Row] = field(default_factory=lambda: [Row(DEFAULT_NAME)])
     slots: list[int] = field(default_factory=list)
     owners: list[bpy.types.Material | None] = field(default_factory=lambda: [None])
@@ -109,6 +110,8 @@ def material_arrays(table: MaterialTable, layers: Layers, scene: bpy.types.Scene
         'emission': [row.emission for row in rows],
         'alpha': [row.alpha for row in rows],
     }
+    if table.refracts:
+        floats['transmission'] = [bsdf.transmission for bsdf in bsdfs]
     arrays = {
         name: np.array([_typical(value, name) for value in values], np.float32) for name, values in floats.items()
     }
@@ -174,7 +177,7 @@ def _read_tree(
 ) -> tuple[Bsdf, Color | Texture, float | Texture, int]:
     output = output_node(tree)
     inputs = node_inputs(output) if output is not None else {}
-    reader = Reader(table.trees, warn, images=table.images)
+    reader = Reader(table.trees, warn, images=table.images, refracts=table.refracts)
     front = principled(read_closure(reader, inputs.get('Surface')), warn)
     for name in ('Volume', 'Displacement'):
         reader.leave_out_linked(inputs, name)
@@ -183,9 +186,8 @@ def _read_tree(
     if not reader.asks_side:
         return *front, 3
     # A mix by Backfacing, as one-sided emitters are made: where only the emission differs, it gets its sides.
-    back = principled(
-        read_closure(Reader(table.trees, _silent, back=1.0, images=table.images), inputs['Surface']), _silent
-    )
+    behind = Reader(table.trees, _silent, back=1.0, images=table.images, refracts=table.refracts)
+    back = principled(read_closure(behind, inputs['Surface']), _silent)
     if front[1] == back[1]:
         sides, emission = 3, front[1]
     elif back[1] == BLACK:

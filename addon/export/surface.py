@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Reads shader nodes as closures: Principled, Diffuse, Metallic, Glossy, Emission, Background, Transparent, Mix, Add.
+"""Reads shader nodes as closures: Principled, BSDFs that it can express, Emission, Background, Transparent, Mix, Add.
 
 Inputs are constants or images (texture_nodes.py). What cannot be rendered is reported with its material, and something
 sensible stands in for it.
@@ -28,7 +28,6 @@ PRINCIPLED_LEFT_OUT = (
     'Diffuse Roughness',
     'Subsurface Weight',
     'Anisotropic',
-    'Transmission Weight',
     'Coat Weight',
     'Sheen Weight',
     'Thin Film Thickness',
@@ -41,6 +40,7 @@ class Reader:
 
     back:      1 to read a surface as its back faces show it, 0 as its front faces do (Backfacing of node Geometry).
     images:    where images go that inputs read; None where constants alone will do.
+    refracts:  whether glass is rendered; else it is left out.
     asks_side: whether the tree asked for that.
     left_out:  such as 'Transmission Weight'.
     unread:    such as 'Roughness (node "Noise Texture", 0.5 is used)'.
@@ -50,6 +50,7 @@ class Reader:
     warn: Callable[[str], None]
     back: float = 0.0
     images: ImageTable | None = None
+    refracts: bool = False
     asks_side: bool = False
     left_out: list[str] = field(default_factory=list)
     unread: list[str] = field(default_factory=list)
@@ -166,7 +167,7 @@ def read_closure(reader: Reader, target: Input | None) -> Closure:
     if isinstance(found, Input):
         return Closure()
     read = CLOSURES.get(found.node.type)
-    if read is None:
+    if read is None or (read is _glass and not reader.refracts):
         reader.warn(f'node "{found.node.name}" ({found.node.bl_label}) is not supported yet: grey is used instead')
         return Closure(weight=1.0, bsdf=Bsdf())
     return read(reader, found, found.inputs())
@@ -186,13 +187,45 @@ def _principled(reader: Reader, node: Source, inputs: dict[str, Input]) -> Closu
         specular_tint=_not_negative(reader.color_map(inputs['Specular Tint'])),
         multi_ggx=node.node.distribution == 'MULTI_GGX',
         normal=reader.normal_map(inputs),
+        transmission=_transmission(reader, inputs),
     )
+    _warn_rough_glass(reader, node, bsdf)
     emission = _emitted(reader, inputs['Emission Color'], inputs['Emission Strength'], unread=BLACK)
     reader.leave_out(inputs, *PRINCIPLED_LEFT_OUT)
     shown = Closure(0.0, emission, 1.0, bsdf)
     if isinstance(alpha, Texture):
         return replace(shown, cover=alpha)
     return replace(scale(shown, alpha), transparency=1.0 - alpha)
+
+
+def _transmission(reader: Reader, inputs: dict[str, Input]) -> float:
+    if reader.refracts:
+        return _saturate(reader.number(inputs['Transmission Weight']))
+    reader.leave_out(inputs, 'Transmission Weight')
+    return 0.0
+
+
+def _warn_rough_glass(reader: Reader, node: Source, bsdf: Bsdf) -> None:
+    # As smooth as a mirror to the kernels (MIRROR_ALPHA2).
+    if bsdf.transmission > 0.0 and (isinstance(bsdf.roughness, Texture) or bsdf.roughness**4 > 2e-10):
+        reader.warn(f'node "{node.node.name}": rough glass lets light through as if it were smooth')
+
+
+def _glass(reader: Reader, node: Source, inputs: dict[str, Input]) -> Closure:
+    """A Glass BSDF: Principled with all of it transmitted, whose base colour is what two surfaces tint."""
+    color = _not_negative(reader.color(inputs['Color']))
+    if color != WHITE:
+        reader.warn(f'node "{node.node.name}" (Glass BSDF): what it reflects is not tinted')
+    reader.leave_out(inputs, 'Thin Film Thickness')
+    bsdf = Bsdf(
+        base_color=tuple(part * part for part in color),
+        roughness=_saturate(reader.number_map(inputs['Roughness'])),
+        ior=_at_least(reader.number_map(inputs['IOR']), 1e-5),
+        normal=reader.normal_map(inputs),
+        transmission=1.0,
+    )
+    _warn_rough_glass(reader, node, bsdf)
+    return Closure(weight=1.0, bsdf=bsdf)
 
 
 def _emitted(reader: Reader, color: Input, strength: Input, unread: Color | None = None) -> Color | Texture:
@@ -288,6 +321,7 @@ CLOSURES: dict[str, Callable[[Reader, Source, dict[str, Input]], Closure]] = {
     'BSDF_DIFFUSE': _diffuse,
     'BSDF_METALLIC': _metallic,
     'BSDF_GLOSSY': _glossy,
+    'BSDF_GLASS': _glass,
     'EMISSION': _emission,
     'BACKGROUND': _emission,
     'BSDF_TRANSPARENT': _transparent,
