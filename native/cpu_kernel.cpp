@@ -466,11 +466,10 @@ class Renderer {
     count_lamps(tracer_, met);
     if (wants(FEATURE_OCCLUSION)) ambient(met, 0);
     for (std::size_t i = 0; i < static_cast<std::size_t>(met); ++i) {
-      const uint material = b_.surface[i].material;
-      add_light(
-          b_.slot[i],
-          toon_color(scene_.materials.v[material], scene_.classic.v[material], b_.classic->lit[i], scene_.light_count),
-          -1);
+      const Surface &s = b_.surface[i];
+      const ClassicMaterial &classic = scene_.classic.v[s.material];
+      const vec3 tone = toon_color(surface_material(scene_, s), classic, b_.classic->lit[i], scene_.light_count);
+      add_light(b_.slot[i], tone, -1);
     }
     const float reach = job_.classic.outline_y / job_.classic.rows;
     for (std::size_t slot = 0; lines && slot < static_cast<std::size_t>(lanes); ++slot) {
@@ -491,7 +490,7 @@ class Renderer {
       const Surface &s = b_.surface[i];
       const float sky = b_.classic->sky[i];
       if (term) {
-        const vec3 light = ambient_term(scene_.materials.v[s.material], scene_.classic.v[s.material], c.ambient);
+        const vec3 light = ambient_term(surface_material(scene_, s), scene_.classic.v[s.material], c.ambient);
         add_light(b_.slot[i], b_.path[i].throughput * light * (c.occluded ? sky : 1.0f), -1);
       }
       if (pass) b_.staged.occlusion[b_.pixel[b_.slot[i]]] += sky;

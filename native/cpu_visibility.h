@@ -68,6 +68,14 @@ Hit packet_hit(const RenderJob &job, const embree::RayHit<kWidth> &p, std::size_
   return hit;
 }
 
+// The material at a surface, with what its images hold there.
+Material surface_material(const SceneData &scene, const Surface &s) {
+  if (!FEATURE(FEATURE_TEXTURES)) return scene.materials.v[s.material];
+  Material material;
+  material_fetch(scene, s, material);
+  return material;
+}
+
 vec3 packet_direction(const embree::RayHit<kWidth> &p, std::size_t k) {
   return {p.ray.dir_x[k], p.ray.dir_y[k], p.ray.dir_z[k]};
 }

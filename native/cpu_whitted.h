@@ -44,10 +44,10 @@ void store_children(const Tracer &t, int lanes) {
   const Batch &b = t.batch;
   for (std::size_t i = 0; i < static_cast<std::size_t>(lanes); ++i) {
     if (b.path[i].bounce >= t.job.classic.depth) continue;
-    const uint material = b.surface[i].material;
+    const Surface &s = b.surface[i];
     WhittedChildren children;
-    whitted_children(t.job.scene->materials.v[material], t.job.scene->classic.v[material], b.surface[i],
-                     b.shading.bsdf(i), b.shading.wo.get(i), children);
+    whitted_children(surface_material(*t.job.scene, s), t.job.scene->classic.v[s.material], s, b.shading.bsdf(i),
+                     b.shading.wo.get(i), children);
     store_child(t, i, children.reflected, children.reflected_weight, VISIBLE_GLOSSY);
     store_child(t, i, children.transmitted, children.transmitted_weight, VISIBLE_TRANSMISSION);
   }
@@ -80,7 +80,7 @@ bool cross_pane(const SceneData &scene, const Hit &hit, embree::RayHit<kWidth> &
   Surface s;
   surface_from_hit(scene, hit, direction, s);
   const ClassicMaterial &classic = scene.classic.v[s.material];
-  kept *= whitted_shadow(scene.materials.v[s.material], classic, abs(dot(s.n, direction)));
+  kept *= whitted_shadow(surface_material(scene, s), classic, abs(dot(s.n, direction)));
   if (s.side < 0.0f) kept *= medium_transmittance(classic.absorption, hit.t);
   if (!(max_component(kept) > 0.0f)) return false;
   start_ray(p, k, surface_ray_origin(s.p, s.ng, s.epsilon, direction), direction, 0.0f, p.ray.tfar[k], p.ray.mask[k]);
