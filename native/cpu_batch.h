@@ -10,6 +10,7 @@
 #include "../kernels/occlusion.h"
 #include "../kernels/outline.h"
 #include "../kernels/toon.h"
+#include "alpha_filter.h"
 #include "cpu_kernel.h"
 #include "cpu_lanes.h"
 
@@ -27,9 +28,23 @@ namespace {
 constexpr int kWidth = COTORRA_PACKET;  // rays of one packet
 constexpr int kLastSharedPair = 250;    // lamps beyond share random pairs
 
-// Embree's entry points for this packet width.
+// What the alpha filters know, behind the arguments of each query; null where nothing is filtered.
+using Alpha = AlphaContext<kWidth>;
+Alpha *alpha_of(const embree::QueryArguments &arguments) { return reinterpret_cast<Alpha *>(arguments.context); }
+
+void begin_alpha(const RenderJob &job, uint block_seed, Alpha &alpha) {
+  alpha.scene = job.scene;
+  alpha.first_instances = job.first_instances.data();
+  alpha.block_seed = block_seed;
+  alpha.limit = std::min(job.transparent_bounces, kUnlimited);
+  alpha.distances.resize(std::size_t{kWidth} * (passes_of_path(alpha.limit) + 1));
+}
+
+// Embree's entry points for this packet width, with the filters of surfaces that let rays through.
 void intersect(const embree::Api &rtc, const int *valid, embree::Scene bvh, embree::RayHit<kWidth> *packet,
                embree::QueryArguments *arguments) {
+  const bool filtered = FEATURE(FEATURE_TRANSPARENCY) && arguments->context != nullptr;
+  if (filtered) set_filter(*alpha_of(*arguments), packet->ray, filter_path<kWidth>, *arguments);
 #if COTORRA_PACKET == 16
   rtc.intersect16(valid, bvh, packet, arguments);
 #elif COTORRA_PACKET == 8
@@ -37,10 +52,15 @@ void intersect(const embree::Api &rtc, const int *valid, embree::Scene bvh, embr
 #else
   rtc.intersect4(valid, bvh, packet, arguments);
 #endif
+  if (filtered) end_passes(*alpha_of(*arguments), *packet);
 }
 
 void occluded(const embree::Api &rtc, const int *valid, embree::Scene bvh, embree::Ray<kWidth> *packet,
               embree::QueryArguments *arguments) {
+  if (FEATURE(FEATURE_TRANSPARENCY) && arguments->context != nullptr) {
+    set_filter(*alpha_of(*arguments), *packet, filter_shadow<kWidth>, *arguments);
+    alpha_of(*arguments)->kept.fill(1.0f);
+  }
 #if COTORRA_PACKET == 16
   rtc.occluded16(valid, bvh, packet, arguments);
 #elif COTORRA_PACKET == 8
@@ -48,6 +68,11 @@ void occluded(const embree::Api &rtc, const int *valid, embree::Scene bvh, embre
 #else
   rtc.occluded4(valid, bvh, packet, arguments);
 #endif
+}
+
+// Share of ray k's light that an occlusion query with these arguments left, where nothing stopped it.
+float light_kept(const embree::QueryArguments &arguments, std::size_t k) {
+  return FEATURE(FEATURE_TRANSPARENCY) && arguments.context != nullptr ? alpha_of(arguments)->kept[k] : 1.0f;
 }
 
 // A packet as it was before it was traced, for RenderJob::measure_tracing.
@@ -106,6 +131,7 @@ struct Batch final : Workspace {
   // What a call adds to the tile, kept apart so that a cancelled call leaves nothing half done.
   FilmTile staged;
   std::unique_ptr<ClassicLanes> classic;
+  Alpha alpha_context;
 };
 
 }  // namespace

@@ -63,6 +63,10 @@ class Renderer {
                job.limits.roulette_start};
     block_seed_ = sampler_block_seed(static_cast<uint>(x0), static_cast<uint>(y0), job.sample_bits, job.seed);
     arguments_.feature_mask = job.embree_features;
+    if (FEATURE(FEATURE_TRANSPARENCY)) {
+      begin_alpha(job, block_seed_, b_.alpha_context);
+      arguments_.context = &b_.alpha_context.query;
+    }
   }
 
   // Samples [first, first + per_pixel) of `pixels`, which are places in the tile.
@@ -142,6 +146,7 @@ class Renderer {
       const uint slot = b_.slot[i];
       const vec3 direction(p.ray.dir_x[k], p.ray.dir_y[k], p.ray.dir_z[k]);
       const bool missed = p.hit.geom_id[k] == embree::kInvalidId;
+      if (FEATURE(FEATURE_TRANSPARENCY) && p.ray.mask[k] == 0u) continue;  // ended in transparent surfaces
 
       if (FEATURE(FEATURE_VISIBLE_LIGHTS) && meets_lights) {
         const vec3 origin(p.ray.org_x[k], p.ray.org_y[k], p.ray.org_z[k]);
@@ -380,11 +385,21 @@ class Renderer {
       see_through(tracer_, asked, b_.shadow_count, b_.shadow, b_.shadow_contribution.data());
     }
     for (std::size_t k = 0; k < static_cast<std::size_t>(b_.shadow_count); ++k) {
+      if (FEATURE(FEATURE_TRANSPARENCY)) dim_shadow(k, bounce);
       // Embree sets tfar to -infinity where something is in the way.
       arrive(b_.shadow_slot[k], b_.shadow_contribution[k], b_.shadow_group[k], bounce, b_.shadow.tfar[k] >= 0.0f);
     }
     counts_.shadow += static_cast<std::uint64_t>(b_.shadow_count);
     b_.shadow_count = 0;
+  }
+
+  // Takes out of the shadow ray's light what transparent surfaces kept of it.
+  void dim_shadow(std::size_t k, uint bounce) {
+    const float kept = light_kept(arguments_, k);
+    if (FEATURE(FEATURE_DATA_PASSES) && bounce == 0 && job_.passes.shadow && b_.shadow.tfar[k] >= 0.0f) {
+      b_.staged.shadow[b_.pixel[b_.shadow_slot[k]]].unshadowed += luminance(b_.shadow_contribution[k]) * (1.0f - kept);
+    }
+    if (b_.shadow.tfar[k] >= 0.0f) b_.shadow_contribution[k] *= kept;
   }
 
   void arrive(uint slot, vec3 contribution, int group, uint bounce, bool lit) {

@@ -14,7 +14,7 @@ void trace_sky(const Tracer &t, int lanes, uint pair_seed) {
   Array<float, kLanes> &sky = b.classic->sky;
   fill_pairs(b.random.data(), lanes, pair_seed, b.u2.data(), b.v2.data());
   t.arguments.flags = embree::kIncoherent;
-  VisibilityQueue queue(t, [&sky](uint lane, bool visible) { sky[lane] = visible ? 1.0f : 0.0f; });
+  VisibilityQueue queue(t, [&sky](uint lane, float kept) { sky[lane] = kept; });
   for (std::size_t i = 0; i < static_cast<std::size_t>(lanes); ++i) {
     ShadowRay ray;
     sky[i] = 0.0f;

@@ -14,7 +14,7 @@ void count_lamps(const Tracer &t, int lanes) {
   const SceneData &scene = *t.job.scene;
   Array<uint, kLanes> &lit = b.classic->lit;
   std::fill_n(lit.data(), lanes, 0u);
-  VisibilityQueue queue(t, [&lit](uint lane, bool visible) { lit[lane] += visible ? 1u : 0u; });
+  VisibilityQueue queue(t, [&lit](uint lane, float kept) { lit[lane] += kept >= 0.5f ? 1u : 0u; });
   for (uint light = 0; light < scene.light_count; ++light) {
     for (std::size_t i = 0; i < static_cast<std::size_t>(lanes); ++i) {
       ShadowRay ray;

@@ -16,7 +16,8 @@ struct Tracer {
   RayCounts &counts;
 };
 
-// Collects shadow rays to packets. answer(target, visible) is called for each ray, in the order of push.
+// Collects shadow rays to packets. answer(target, kept) is called for each ray, in the order of push: what reaches the
+// other end of it, 0 to 1.
 template <class Answer>
 class VisibilityQueue {
  public:
@@ -45,7 +46,9 @@ class VisibilityQueue {
     if (t_.batch.recording) t_.batch.recorded.push_back({{rays_, {}}, count_, t_.arguments.flags, true});
     occluded(*t_.job.rtc, valid, t_.job.bvh, &rays_, &t_.arguments);
     // Embree sets tfar to -infinity where something is in the way.
-    for (std::size_t k = 0; k < static_cast<std::size_t>(count_); ++k) answer_(target_[k], rays_.tfar[k] >= 0.0f);
+    for (std::size_t k = 0; k < static_cast<std::size_t>(count_); ++k) {
+      answer_(target_[k], rays_.tfar[k] >= 0.0f ? light_kept(t_.arguments, k) : 0.0f);
+    }
     t_.counts.shadow += static_cast<std::uint64_t>(count_);
     count_ = 0;
   }
@@ -88,6 +91,7 @@ void trace_packets(const Tracer &t, embree::RayHit<kWidth> *packets, int rays) {
     for (int k = 0; k < kWidth; ++k) valid[k] = first + k < rays ? -1 : 0;
     if (t.batch.recording)
       t.batch.recorded.push_back({packet, std::min(kWidth, rays - first), t.arguments.flags, false});
+    if (FEATURE(FEATURE_TRANSPARENCY)) alpha_of(t.arguments)->paths = &t.batch.path[static_cast<std::size_t>(first)];
     intersect(*t.job.rtc, valid, t.job.bvh, &packet, &t.arguments);
   }
 }

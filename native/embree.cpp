@@ -69,6 +69,7 @@ Library::Library(const std::string &path) : path_(path) {
     look_up(handle_, "rtcCommitGeometry", api_.commit_geometry);
     look_up(handle_, "rtcSetGeometryMask", api_.set_geometry_mask);
     look_up(handle_, "rtcSetGeometryBuildQuality", api_.set_geometry_build_quality);
+    look_up(handle_, "rtcSetGeometryEnableFilterFunctionFromArguments", api_.set_geometry_enable_filter);
     look_up(handle_, "rtcSetSharedGeometryBuffer", api_.set_shared_geometry_buffer);
     look_up(handle_, "rtcSetGeometryInstancedScene", api_.set_geometry_instanced_scene);
     look_up(handle_, "rtcAttachGeometryByID", api_.attach_geometry_by_id);

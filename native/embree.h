@@ -55,6 +55,24 @@ struct alignas(N == 1 ? 16 : 4 * N) RayHit {
   Hit<N> hit;
 };
 
+// Where in the instances a query is; RTCRayQueryContext of builds with one level of instances and instance arrays.
+struct QueryContext {
+  std::uint32_t inst_id = kInvalidId;
+  std::uint32_t inst_prim_id = kInvalidId;
+};
+
+// What a filter function is told of N hits: whether each counts, which it may change. Ray and hit are a Ray<N> and a
+// Hit<N>.
+struct FilterArguments {
+  int *valid;
+  void *geometry_user;
+  QueryContext *context;
+  void *ray;
+  void *hit;
+  unsigned int count;
+};
+using Filter = void (*)(const FilterArguments *);
+
 // Arguments of intersection and of occlusion queries; both have this layout.
 struct QueryArguments {
   int flags = kIncoherent;
@@ -66,6 +84,7 @@ struct QueryArguments {
 };
 
 constexpr std::uint32_t kFeatureTriangle = 1u << 1;
+constexpr std::uint32_t kFeatureFilterInArguments = 1u << 24;
 constexpr std::uint32_t kFeatureInstanceArray = 1u << 29;
 
 struct Api {
@@ -86,6 +105,7 @@ struct Api {
   void (*commit_geometry)(Geometry);
   void (*set_geometry_mask)(Geometry, std::uint32_t);
   void (*set_geometry_build_quality)(Geometry, int);
+  void (*set_geometry_enable_filter)(Geometry, bool);  // that of the query's arguments
   void (*set_shared_geometry_buffer)(Geometry, int type, std::uint32_t slot, int format, const void *,
                                      std::size_t offset, std::size_t stride, std::size_t count);
   void (*set_geometry_instanced_scene)(Geometry, Scene);

@@ -48,6 +48,15 @@ void Scene::build(int threads, const std::atomic<bool> &cancel) {
   rtc.set_device_memory_monitor(device_, count_memory, &bvh_bytes_);
   void *cancel_pointer = const_cast<std::atomic<bool> *>(&cancel);
 
+  // Only meshes that let rays through somewhere are asked about each hit.
+  std::vector<bool> lets_through(meshes_.size(), false);
+  for (const Instance &instance : instances_) {
+    for (uint s = 0; s < instance.material_count; ++s) {
+      const Material &material = materials_[material_slots_[instance.material_base + s]];
+      if ((material.flags & MATERIAL_TRANSPARENT) != 0) lets_through[instance.mesh] = true;
+    }
+  }
+
   const auto triangle_geometry = [&](std::size_t k) {
     const Mesh &mesh = meshes_[k];
     embree::Geometry geometry = rtc.new_geometry(device_, embree::kTriangles);
@@ -55,6 +64,7 @@ void Scene::build(int threads, const std::atomic<bool> &cancel) {
                                    sizeof(vec3), storage_[k].vertex_count);
     rtc.set_shared_geometry_buffer(geometry, embree::kIndexBuffer, 0, embree::kUint3, mesh.triangles.v, 0,
                                    sizeof(uvec3), mesh.triangle_count);
+    if (lets_through[k]) rtc.set_geometry_enable_filter(geometry, true);
     return geometry;
   };
   const auto attach = [&](embree::Scene scene, embree::Geometry geometry, uint mask, uint id) {

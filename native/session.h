@@ -35,6 +35,7 @@ struct SettingsInput {  // addon/export/buffers.py, RenderSettings
   std::int64_t samples = 64;
   std::uint32_t seed = 0;
   std::uint32_t max_bounces = 12, diffuse_bounces = 4, glossy_bounces = 4;
+  std::uint32_t transparent_bounces = 8;
   bool adaptive = false;
   float noise_threshold = 0.01f;
   std::uint32_t adaptive_min_samples = 0;

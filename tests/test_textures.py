@@ -250,7 +250,7 @@ def test_textured_emission_lights_the_scene() -> None:
     above = replace(plane(-0.5, 0.5, z=0.6), triangles=plane().triangles[:, ::-1].copy(), name='lamp')
     above = replace(above, corners=above.triangles)
     closest = slot(interpolation=CLOSEST)
-    view = replace(camera(size=8), transform=np.eye(3, 4, dtype=np.float32) + F(0, 0, 0, 0.5) * F(0, 0, 1)[:, None])
+    view = camera(size=8, height=0.5)
 
     def floor(sampled: int, integrator: str) -> np.ndarray:
         made = materials(2, emission_sampling=[0, sampled], textures=textures([closest], [{}, {'emission': 0}]))

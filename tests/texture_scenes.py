@@ -15,6 +15,7 @@ from cotorra.export import buffers as b
 
 F32, U32, I32 = np.float32, np.uint32, np.int32
 SIZE = 48  # of a picture, pixels
+ASIDE = 0.0013  # of the camera, metres: no pixel lies on the diagonal of a square, which belongs to two triangles
 INPUTS = b.TEXTURED_INPUTS
 LUMINANCE = np.array((0.2126, 0.7152, 0.0722))
 
@@ -136,7 +137,7 @@ def scene(meshes: tuple[b.Mesh, ...], made: b.Materials, **values: Any) -> b.Sce
 def camera(half: float = 1.0, size: int = SIZE, height: float = 5.0) -> b.Camera:
     """From above, orthographic, every sample at the centre of its pixel."""
     transform = np.eye(3, 4, dtype=F32)
-    transform[2, 3] = height
+    transform[0, 3], transform[2, 3] = ASIDE, height
     window = (-half, half, -half, half)
     return b.Camera('ORTHO', transform, window, (0.01, 100.0), (size, size), (0, 0, size, size), filter_width=1e-6)
 
@@ -144,7 +145,7 @@ def camera(half: float = 1.0, size: int = SIZE, height: float = 5.0) -> b.Camera
 def centres(half: float = 1.0, size: int = SIZE) -> tuple[np.ndarray, np.ndarray]:
     """x and y of the pixels of `camera`, in metres."""
     at = ((np.arange(size) + 0.5) / size * 2.0 - 1.0) * half
-    return np.meshgrid(at, at)
+    return np.meshgrid(at + ASIDE, at)
 
 
 def render(made: b.SceneBuffers, seen_by: b.Camera | None = None, **settings: Any) -> dict[str, np.ndarray]:

@@ -1,0 +1,123 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Embree's filter functions for surfaces that let rays through: rays of paths are stopped or not, at random; shadow
+// rays carry on what is left of their light. Included by cpu_batch.h alone; without FEATURE_TRANSPARENCY nothing of it
+// is called.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <vector>
+
+#include "../kernels/alpha.h"
+#include "../kernels/integrator.h"
+#include "cpu_kernel.h"
+
+namespace cotorra {
+namespace {
+
+// What the filters know of the packet that is being traced. Rays are told apart by their id, their place in it.
+template <int kWidth>
+struct AlphaContext {
+  embree::QueryContext query;  // comes first: Embree hands a pointer to it on
+  const SceneData *scene = nullptr;
+  const std::uint32_t *first_instances = nullptr;
+  const PathState *paths = nullptr;  // of the packet's rays
+  uint block_seed = 0;
+  uint limit = 0;                    // transparent surfaces that a ray may pass
+  std::array<uint, kWidth> passed{};
+  std::array<float, kWidth> kept{};  // shadow rays: share of their light that is left
+  // Paths: distances to the surfaces passed, the nearest limit + 1 of each ray, in order.
+  std::vector<float> distances;
+};
+
+// Cycles lets a path pass one transparent surface even if none is allowed.
+uint passes_of_path(uint limit) { return std::max(limit, 1u); }
+
+constexpr uint kUnlimited = 256;  // limits from here on are none
+
+// Number `field` of ray or hit k of N, which lie field by field: Embree may hand over fewer rays than a packet has.
+template <class T>
+T filter_field(const void *records, unsigned int field, const embree::FilterArguments &a, std::size_t k) {
+  return static_cast<const T *>(records)[field * a.count + k];
+}
+constexpr unsigned int kRayFar = 8, kRayId = 10;
+constexpr unsigned int kHitU = 3, kHitV = 4, kHitTriangle = 5, kHitGeometry = 6, kHitInstance = 7, kHitPlace = 8;
+
+template <int kWidth>
+TexturePoint filtered_point(const AlphaContext<kWidth> &c, const embree::FilterArguments &a, std::size_t k) {
+  const auto array = filter_field<std::uint32_t>(a.hit, kHitInstance, a, k);
+  const uint instance = array != embree::kInvalidId
+                            ? c.first_instances[array] + filter_field<std::uint32_t>(a.hit, kHitPlace, a, k)
+                            : c.first_instances[filter_field<std::uint32_t>(a.hit, kHitGeometry, a, k)];
+  return {instance, filter_field<std::uint32_t>(a.hit, kHitTriangle, a, k), filter_field<float>(a.hit, kHitU, a, k),
+          filter_field<float>(a.hit, kHitV, a, k)};
+}
+
+// Notes the distance of a surface that ray `id` passed.
+template <int kWidth>
+void note_pass(AlphaContext<kWidth> &c, std::size_t id, float t) {
+  const std::size_t most = passes_of_path(c.limit) + 1;
+  float *first = c.distances.data() + id * most;
+  const std::size_t count = std::min<std::size_t>(c.passed[id], most);
+  ++c.passed[id];
+  std::size_t i = count < most ? count : most - 1;
+  if (count == most && t >= first[i]) return;
+  for (; i > 0 && first[i - 1] > t; --i) first[i] = first[i - 1];
+  first[i] = t;
+}
+
+// For rays of paths.
+template <int kWidth>
+void filter_path(const embree::FilterArguments *a) {
+  auto &c = *reinterpret_cast<AlphaContext<kWidth> *>(a->context);
+  for (std::size_t k = 0; k < a->count; ++k) {
+    if (a->valid[k] == 0) continue;
+    const TexturePoint at = filtered_point(c, *a, k);
+    const float alpha = alpha_at(*c.scene, at);
+    if (alpha >= 1.0f) continue;
+    const auto id = filter_field<std::uint32_t>(a->ray, kRayId, *a, k);
+    const PathState &path = c.paths[id];
+    if (alpha_number(path.random, path.bounce, c.block_seed, at.instance, at.triangle) < alpha) continue;
+    a->valid[k] = 0;
+    if (c.limit < kUnlimited) note_pass(c, id, filter_field<float>(a->ray, kRayFar, *a, k));
+  }
+}
+
+// For shadow rays.
+template <int kWidth>
+void filter_shadow(const embree::FilterArguments *a) {
+  auto &c = *reinterpret_cast<AlphaContext<kWidth> *>(a->context);
+  for (std::size_t k = 0; k < a->count; ++k) {
+    if (a->valid[k] == 0) continue;
+    const float left = 1.0f - alpha_at(*c.scene, filtered_point(c, *a, k));
+    const auto id = filter_field<std::uint32_t>(a->ray, kRayId, *a, k);
+    c.kept[id] *= left;
+    if (left > 0.0f && (++c.passed[id] <= c.limit || c.limit >= kUnlimited)) a->valid[k] = 0;
+  }
+}
+
+template <int kWidth>
+void set_filter(AlphaContext<kWidth> &c, embree::Ray<kWidth> &ray, embree::Filter filter,
+                embree::QueryArguments &arguments) {
+  for (std::size_t k = 0; k < kWidth; ++k) ray.id[k] = static_cast<std::uint32_t>(k);
+  c.passed.fill(0);
+  arguments.filter = reinterpret_cast<void *>(filter);
+}
+
+// Ends rays of paths that passed more surfaces than they may: their mask becomes 0. The surface behind the last one
+// that may be passed ends a path, too, as in Cycles.
+template <int kWidth>
+void end_passes(const AlphaContext<kWidth> &c, embree::RayHit<kWidth> &p) {
+  const uint limit = passes_of_path(c.limit);
+  for (std::size_t k = 0; k < kWidth; ++k) {
+    if (c.passed[k] < limit || c.limit >= kUnlimited) continue;
+    const float *first = c.distances.data() + k * (limit + 1);
+    const std::size_t noted = std::min<std::size_t>(c.passed[k], limit + 1);
+    const auto before = std::lower_bound(first, first + noted, p.ray.tfar[k]) - first;
+    const bool met = p.hit.geom_id[k] != embree::kInvalidId;
+    if (static_cast<uint>(before) + (met ? 1u : 0u) > limit) p.ray.mask[k] = 0;
+  }
+}
+
+}  // namespace
+}  // namespace cotorra
