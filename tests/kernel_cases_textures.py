@@ -150,6 +150,15 @@ NORMALS = [
         scene=True,
     ),
     Case(
+        'transparency',
+        'index = triangle_material(scene, at.instance, at.triangle); alpha = alpha_at(scene, at);'
+        'number = alpha_number(bits, bounce, seed, at.instance, at.triangle);',
+        {'at': AT, 'bits': UINT, 'bounce': ('uint', integers(20)), 'seed': UINT},
+        {'index': 'uint', 'alpha': 'float', 'number': 'float'},
+        STEPS,
+        scene=True,
+    ),
+    Case(
         'emitters_textured',
         'radiance = emitter_radiance(scene, LOAD(scene.emitters, index), vec2(0.5f * u, 0.5f * v));',
         {'index': ('uint', integers(7)), 'u': UNIT, 'v': UNIT},
