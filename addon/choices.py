@@ -21,7 +21,11 @@ INTEGRATORS = (
     ('AO', 'Ambient Occlusion', 'How much of the sky each point sees within a distance, without any light'),
     ('TOON', 'Toon', 'Flat tones by the number of lamps that light a point fully, with outlines'),
 )
-DEVICES = (('CPU', 'CPU', "All processor cores that Blender's thread setting allows"),)
+DEVICES = (
+    ('CPU', 'CPU', "All processor cores that Blender's thread setting allows"),
+    ('VULKAN', 'GPU (Vulkan)', 'A graphics card with Vulkan 1.2'),
+)
+DEVICE_INDEX_MAX = 63
 
 # What a material reflects by, in the order of kernels/scene_types.h (MODEL_*), as are the lists that follow.
 MODELS = (

@@ -86,8 +86,8 @@ def parser() -> argparse.ArgumentParser:
         metavar='NAME',
         help=f'render all materials with one reflection model: {", ".join(models).lower()}',
     )
-    devices = [identifier for identifier, _, _ in choices.DEVICES]
-    line.add_argument('--device', type=str.upper, choices=devices, metavar='NAME', help=', '.join(devices).lower())
+    devices = ', '.join(identifier.lower() for identifier, _, _ in choices.DEVICES)
+    line.add_argument('--device', type=device, metavar='NAME', help=f'{devices}; vulkan:1 for the second graphics card')
     line.add_argument('--threads', type=whole(0, choices.THREADS_MAX), metavar='N', help='0 for all processor cores')
     line.add_argument('--size', type=size, metavar='WxH', help='in pixels')
     line.add_argument('--stats', type=Path, metavar='FILE.json', help='write times, rays, memory and warnings there')
@@ -107,6 +107,15 @@ def whole(lowest: int, highest: int) -> Any:
         return number
 
     return read
+
+
+def device(text: str) -> tuple[str, int]:
+    """A device, and which one where there are several: 'vulkan:1'; -1 lets the engine choose."""
+    name, colon, index = text.partition(':')
+    names = [identifier for identifier, _, _ in choices.DEVICES]
+    if name.upper() not in names:
+        raise argparse.ArgumentTypeError(f'{name.upper()!r} is none of {", ".join(names)}')
+    return name.upper(), whole(0, choices.DEVICE_INDEX_MAX)(index) if colon else -1
 
 
 def frames(text: str) -> range:
@@ -203,7 +212,7 @@ def apply(options: argparse.Namespace, scene: bpy.types.Scene) -> None:
         scene.cotorra.use_model_override = True
         scene.cotorra.model_override.model = options.model
     if options.device is not None:
-        scene.cotorra.device = options.device
+        scene.cotorra.device, scene.cotorra.device_index = options.device
     if options.threads is not None:
         render.threads_mode = 'FIXED' if options.threads else 'AUTO'
         render.threads = max(1, options.threads)

@@ -6,6 +6,7 @@ It holds the order of things and what happens when they fail; it looks into no o
 
 from __future__ import annotations
 
+import dataclasses
 import threading
 import time
 import traceback
@@ -16,7 +17,7 @@ from typing import Any
 import bpy
 
 from . import export, native, passes, settings, stats, watch
-from .export.buffers import RenderSettings, SceneBuffers
+from .export.buffers import Camera, RenderSettings, SceneBuffers
 from .log import Cancelled, Log
 from .reporter import Reporter, position_in_frame
 
@@ -165,9 +166,30 @@ class RenderJob:
 
         # Render: until all samples are there or the user stops it; either way what is there goes into the passes.
         self.reporter.phase('Rendering')
-        session = module.Session(native_scene, camera, render_settings)
+        try:
+            self.render_on_device(module, native_scene, camera, render_settings, sources)
+        except module.DeviceError as error:
+            device = render_settings.device
+            if self.stats.progress > 0.0:
+                raise RenderError(f'{device}: {error}; the render result holds what was rendered until then') from error
+            if device == 'CPU' or not self.scene.cotorra.use_device_fallback:
+                raise RenderError(f'{device}: {error}') from error
+            self.log.warning(f'The CPU renders instead of {device}: {error}')
+            render_settings = dataclasses.replace(render_settings, device='CPU')
+            self.stats.describe(size, 'CPU', render_settings)
+            self.render_on_device(module, native_scene, camera, render_settings, sources)
+
+    def render_on_device(
+        self, module: ModuleType, scene: Any, camera: Camera, render_settings: RenderSettings, sources: dict[str, str]
+    ) -> None:
+        """Render with one session. Raises the module's DeviceError where its device cannot, or cannot go on."""
+        session = module.Session(scene, camera, render_settings)
         try:
             self.render(session, render_settings, sources)
+        except module.DeviceError:
+            if session.progress() > 0.0:
+                passes.write(session, self.result, sources, render_settings.samples, passes.film_exposure(self.scene))
+            raise
         finally:
             session.cancel()
             self.stats.take(session)

@@ -69,6 +69,18 @@ def embree_library() -> str:
     raise NativeError(f'Embree 4 was not found: {"; ".join(looked)}')
 
 
+def cache_folder() -> Path:
+    """Where compiled kernels of graphics cards are kept; it may be deleted at any time."""
+    home = Path.home()
+    if sys.platform == 'win32':
+        base = Path(os.environ.get('LOCALAPPDATA') or home / 'AppData' / 'Local')
+    elif sys.platform == 'darwin':
+        base = home / 'Library' / 'Caches'
+    else:
+        base = Path(os.environ.get('XDG_CACHE_HOME') or home / '.cache')
+    return base / 'cotorra'
+
+
 def embree_in_wheel(folder: Path, platform: str) -> Path | None:
     """The Embree library of the embreex wheel installed in `folder`, or None."""
     for pattern in WHEEL_PATTERNS.get(platform, ()):

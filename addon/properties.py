@@ -9,7 +9,7 @@ from __future__ import annotations
 import bpy
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, PointerProperty
 
-from .choices import BOUNCES_MAX, DEVICES, INTEGRATORS, SAMPLES_MAX, SEED_MAX, WHITTED_DEPTH_MAX
+from .choices import BOUNCES_MAX, DEVICE_INDEX_MAX, DEVICES, INTEGRATORS, SAMPLES_MAX, SEED_MAX, WHITTED_DEPTH_MAX
 from .light_settings import CotorraLightSettings
 from .material_settings import CotorraMaterialSettings, color
 from .material_settings import tag_owner as tag_scene
@@ -55,6 +55,20 @@ class CotorraSceneSettings(bpy.types.PropertyGroup):
         description='What renders',
         items=DEVICES,
         default='CPU',
+        update=tag_scene,
+    )
+    device_index: IntProperty(
+        name='Graphics Card',
+        description='Which graphics card renders, in the order of cotorra_native.devices(). -1: the best that can',
+        default=-1,
+        min=-1,
+        max=DEVICE_INDEX_MAX,
+        update=tag_scene,
+    )
+    use_device_fallback: BoolProperty(
+        name='Fall Back to CPU',
+        description='Where the graphics card cannot render the scene, or lacks the memory, let the CPU do it',
+        default=True,
         update=tag_scene,
     )
     max_bounces: IntProperty(

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import bpy
 
-from . import passes
+from . import native, passes
 from .export.buffers import RenderSettings
 from .log import Log
 
@@ -46,6 +46,9 @@ def render_settings(
         transparent_film=scene.render.film_transparent,
         threads=scene.render.threads,
         passes=native_passes,
+        device=own.device,
+        device_index=own.device_index,
+        cache=str(native.cache_folder()),
         ambient_color=tuple(own.ambient_color),
         outline_color=tuple(own.outline_color),
         **{name: getattr(own, name) for name in SAME_NAMES},

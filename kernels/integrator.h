@@ -24,6 +24,7 @@ const uint PAIR_CHOICE = 1u;    // lobe; Russian roulette
 const uint PAIR_EMITTER = 2u;   // point on an emitting triangle
 const uint PAIR_PICK = 3u;      // which emitter; which lamp, where not all are sampled
 const uint PAIR_LIGHTS = 4u;    // one for each lamp
+const uint LAST_SHARED_PAIR = 250u;  // lamps beyond share them
 FN uint vertex_pair(uint bounce, uint pair) { return PAIRS_BEFORE_VERTICES + bounce * PAIRS_PER_VERTEX + pair; }
 
 struct IntegratorData {

@@ -17,6 +17,10 @@
   struct NAME {             \
     const T *v;             \
   };
+#define BUFFER_RW(T, NAME) \
+  struct NAME {            \
+    T *v;                  \
+  };
 #define FEATURE(BIT) ((KERNEL_FEATURES & (BIT)) != 0u)
 
 #else
@@ -27,12 +31,16 @@
 #define INOUT(T) inout T
 #define BUFFER_REF(T, NAME) \
   layout(buffer_reference, scalar, buffer_reference_align = 8) readonly buffer NAME { T v[]; };
+#define BUFFER_RW(T, NAME) \
+  layout(buffer_reference, scalar, buffer_reference_align = 8) buffer NAME { T v[]; };
 #define FEATURE(BIT) ((KERNEL_FEATURES & (BIT)) != 0u)
 #define select(CONDITION, IF_TRUE, IF_FALSE) ((CONDITION) ? (IF_TRUE) : (IF_FALSE))
 
 #endif
 
-// Both languages read element I of the device array R, whose type was declared by BUFFER_REF(T, NAME).
+// Both languages read element I of the device array R, whose type was declared by BUFFER_REF(T, NAME), or write one
+// that was declared by BUFFER_RW(T, NAME).
 #define LOAD(R, I) ((R).v[I])
+#define STORE(R, I, VALUE) ((R).v[I] = (VALUE))
 
 #endif

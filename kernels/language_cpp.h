@@ -124,6 +124,9 @@ FN uint floatBitsToUint(float a) { return std::bit_cast<uint>(a); }
 FN int floatBitsToInt(float a) { return std::bit_cast<int>(a); }
 FN float uintBitsToFloat(uint a) { return std::bit_cast<float>(a); }
 FN float intBitsToFloat(int a) { return std::bit_cast<float>(a); }
+FN int bitCount(uint a) { return std::popcount(a); }
+FN int findLSB(uint a) { return a == 0 ? -1 : std::countr_zero(a); }
+FN int findMSB(uint a) { return 31 - std::countl_zero(a); }
 FN uint bitfieldReverse(uint a) {
   a = ((a & 0x55555555u) << 1) | ((a >> 1) & 0x55555555u);
   a = ((a & 0x33333333u) << 2) | ((a >> 2) & 0x33333333u);

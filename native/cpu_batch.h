@@ -26,7 +26,6 @@ namespace cotorra {
 namespace {
 
 constexpr int kWidth = COTORRA_PACKET;  // rays of one packet
-constexpr int kLastSharedPair = 250;    // lamps beyond share random pairs
 
 // What the alpha filters know, behind the arguments of each query; null where nothing is filtered.
 using Alpha = AlphaContext<kWidth>;

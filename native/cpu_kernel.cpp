@@ -283,7 +283,7 @@ class Renderer {
 
   void sample_light(uint index, int lanes, uint bounce) {
     if (FEATURE(FEATURE_SOFT_LIGHTS)) {
-      fill_pairs(b_.random.data(), lanes, pair_seed(bounce, PAIR_LIGHTS + index % kLastSharedPair), b_.u2.data(),
+      fill_pairs(b_.random.data(), lanes, pair_seed(bounce, PAIR_LIGHTS + index % LAST_SHARED_PAIR), b_.u2.data(),
                  b_.v2.data());
     }
     const Light &light = scene_.lights.v[index];
@@ -560,7 +560,7 @@ bool render_staged(const RenderJob &job, const FilmTile &tile, std::uint32_t fir
                    RayCounts &counts) {
   const int x_offset = job.region_x + tile.x0;
   const int y_offset = job.region_y + tile.y0;
-  clear_staged(tile, job.passes, batch.staged);
+  batch.staged.clear_as(tile);
   Renderer renderer(job, batch, counts, x_offset, y_offset);
   const std::span<const std::uint16_t> pixels(tile.to_sample());
   // Samples of one pixel lie side by side in a packet, so that its rays stay together.

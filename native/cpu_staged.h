@@ -10,20 +10,6 @@
 namespace cotorra {
 namespace {
 
-// Gives `staged` the shape of `tile`, all sums zero.
-void clear_staged(const FilmTile &tile, const PassSelection &passes, FilmTile &staged) {
-  const std::size_t n = tile.pixels.size();
-  staged.pixels.assign(n, FilmPixel{vec3(0.0f), 0.0f});
-  if (passes.error) staged.odd.assign(n, vec3(0.0f));
-  if (passes.nearest) staged.nearest.assign(n, NearestRecord{});
-  if (passes.surface) staged.surface.assign(n, SurfaceRecord{});
-  if (passes.emission) staged.emission.assign(n, vec3(0.0f));
-  if (passes.environment) staged.environment.assign(n, vec3(0.0f));
-  if (passes.shadow) staged.shadow.assign(n, ShadowRecord{});
-  if (FEATURE(FEATURE_OCCLUSION) && passes.occlusion) staged.occlusion.assign(n, 0.0f);
-  if (passes.light_groups > 0) staged.groups.assign(n * passes.light_groups, vec3(0.0f));
-}
-
 double seconds_since(std::chrono::steady_clock::time_point begin) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
 }

@@ -7,36 +7,17 @@
 #include <stdexcept>
 #include <vector>
 
-#ifdef _WIN32
-#include <windows.h>
-#else
-#include <dlfcn.h>
-#endif
+#include "dynamic_library.h"
 
 namespace cotorra::embree {
 namespace {
 
-#ifdef _WIN32
-void *open_library(const std::string &path) { return reinterpret_cast<void *>(LoadLibraryA(path.c_str())); }
-void close_library(void *handle) { FreeLibrary(reinterpret_cast<HMODULE>(handle)); }
-void *find_symbol(void *handle, const char *name) {
-  return reinterpret_cast<void *>(GetProcAddress(reinterpret_cast<HMODULE>(handle), name));
-}
-std::string open_error() { return "error " + std::to_string(GetLastError()); }
+#if defined(_WIN32)
 constexpr const char *kSystemNames[] = {"embree4.dll"};
-#else
-void *open_library(const std::string &path) { return dlopen(path.c_str(), RTLD_NOW | RTLD_LOCAL); }
-void close_library(void *handle) { dlclose(handle); }
-void *find_symbol(void *handle, const char *name) { return dlsym(handle, name); }
-std::string open_error() {
-  const char *text = dlerror();
-  return text != nullptr ? text : "unknown error";
-}
-#ifdef __APPLE__
+#elif defined(__APPLE__)
 constexpr const char *kSystemNames[] = {"libembree4.4.dylib", "libembree4.dylib"};
 #else
 constexpr const char *kSystemNames[] = {"libembree4.so.4", "libembree4.so"};
-#endif
 #endif
 
 template <class Function>

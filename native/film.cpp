@@ -110,6 +110,18 @@ Reader reader_of(const std::string &pass, const PassSelection &has, bool transpa
 
 }  // namespace
 
+void FilmTile::clear_as(const FilmTile &tile) {
+  pixels.assign(tile.pixels.size(), FilmPixel{vec3(0.0f), 0.0f});
+  odd.assign(tile.odd.size(), vec3(0.0f));
+  nearest.assign(tile.nearest.size(), NearestRecord{});
+  surface.assign(tile.surface.size(), SurfaceRecord{});
+  emission.assign(tile.emission.size(), vec3(0.0f));
+  environment.assign(tile.environment.size(), vec3(0.0f));
+  shadow.assign(tile.shadow.size(), ShadowRecord{});
+  occlusion.assign(tile.occlusion.size(), 0.0f);
+  groups.assign(tile.groups.size(), vec3(0.0f));
+}
+
 void FilmTile::add(const FilmTile &staged, std::uint32_t count) {
   const std::lock_guard lock(mutex);
   for (const std::uint16_t i : to_sample()) {

@@ -70,6 +70,8 @@ struct FilmTile {
   const std::vector<std::uint16_t> *order = nullptr;  // all pixels along the Morton curve, shared by tiles of a size
   std::mutex mutex;                       // held while a batch is added, or a pass is read
 
+  // Takes the passes and the size of `tile`, with all sums zero.
+  void clear_as(const FilmTile &tile);
   // Adds the sums of `count` samples of each pixel in to_sample().
   void add(const FilmTile &staged, std::uint32_t count);
 
@@ -87,6 +89,7 @@ class Film {
   const PassSelection &passes() const { return passes_; }
   std::size_t tile_count() const { return tiles_.size(); }
   FilmTile &tile(std::size_t index) { return tiles_[index]; }
+  std::span<FilmTile> tiles(std::size_t first, std::size_t count) { return std::span(tiles_).subspan(first, count); }
   std::uint64_t bytes() const { return bytes_; }
 
   // Writes the normalised state of a pass into out[height][width][channels]; row 0 is the bottom. Throws

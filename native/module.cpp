@@ -168,6 +168,9 @@ SettingsInput read_settings(nb::handle settings) {
   in.outline_normal = nb::cast<bool>(nb::getattr(settings, "outline_normal"));
   in.outline_depth = nb::cast<bool>(nb::getattr(settings, "outline_depth"));
   in.outline_object = nb::cast<bool>(nb::getattr(settings, "outline_object"));
+  in.device.kind = nb::cast<std::string>(nb::getattr(settings, "device"));
+  in.device.index = nb::cast<int>(nb::getattr(settings, "device_index"));
+  in.device.cache = nb::cast<std::string>(nb::getattr(settings, "cache"));
   for (nb::handle pass : nb::getattr(settings, "passes")) in.passes.push_back(nb::cast<std::string>(pass));
   return in;
 }
@@ -243,10 +246,17 @@ nb::dict session_stats(const Session &session) {
   d["busy_seconds"] = s.rays.busy_seconds;
   d["traced_seconds"] = s.rays.traced_seconds;
   d["memory_bytes"] = s.bytes;
-  d["isa"] = s.isa;
   d["features"] = feature_names(s.features);
   d["left_out"] = left_out(s.features);
-  d["compiled"] = feature_names(s.kernel_features);
+  d["device"] = s.device.name;
+  d["isa"] = s.device.isa;
+  d["compiled"] = feature_names(s.device.features);
+  d["device_build_seconds"] = s.device.build_seconds;
+  d["upload_seconds"] = s.device.upload_seconds;
+  d["compile_seconds"] = s.device.compile_seconds;
+  d["first_seconds"] = s.device.first_seconds;
+  d["device_bytes"] = s.device.bytes;
+  d["device_messages"] = s.device.messages;
   return d;
 }
 
@@ -255,6 +265,21 @@ nb::dict cpu_info() {
   d["isa"] = "x86-64-v" + std::to_string(cpu_isa_level());
   d["threads"] = std::thread::hardware_concurrency();
   return d;
+}
+
+nb::list devices() {
+  nb::list list;
+  for (const VulkanDeviceInfo &info : vulkan_devices()) {
+    nb::dict d;
+    d["name"] = info.name;
+    d["driver"] = info.driver;
+    d["type"] = info.type;
+    d["memory_bytes"] = info.memory;
+    d["ray_query"] = info.ray_query;
+    d["problem"] = info.problem;
+    list.append(d);
+  }
+  return list;
 }
 
 using PassArray = nb::ndarray<float, nb::c_contig, nb::device::cpu>;
@@ -266,6 +291,10 @@ NB_MODULE(cotorra_native, m) {
   using namespace cotorra;
   m.doc() = "Cotorra's native module: scenes on Embree and the render sessions over them.";
   nb::exception<Cancelled>(m, "Cancelled");
+  nb::exception<DeviceError>(m, "DeviceError", PyExc_RuntimeError);
+  m.def("devices", &devices,
+        "Vulkan's devices in the order of RenderSettings.device_index, as dicts: name, driver, type, memory_bytes,\n"
+        "ray_query, problem (why it cannot be used, or ''). Raises DeviceError where there is no Vulkan.");
   m.def("version", [] { return COTORRA_VERSION; }, "The version of the module.");
   m.def("cpu_info", &cpu_info, "Instruction set that the kernels use here, and hardware threads.");
   m.def(
@@ -299,7 +328,8 @@ NB_MODULE(cotorra_native, m) {
             new (self) Session(scene.scene, read_camera(camera), read_settings(settings));
           },
           "scene"_a, "camera"_a, "settings"_a,
-          "Prepares a render of `scene` through a Camera with RenderSettings. Raises ValueError naming the setting.")
+          "Prepares a render of `scene` through a Camera with RenderSettings. Raises ValueError naming the setting,\n"
+          "DeviceError where its device cannot render this.")
       .def("start", &Session::start, "Starts the threads and returns.")
       .def("wait", &Session::wait, "seconds"_a, nb::call_guard<nb::gil_scoped_release>(),
            "Waits; True when all threads have stopped. Raises what a thread raised.")

@@ -158,6 +158,8 @@ Scene::Scene(SceneInput input, std::shared_ptr<const embree::Library> library, i
 
 Scene::~Scene() { release(); }
 
+std::span<const float> Scene::albedo() { return albedo_tables; }
+
 void Scene::validate(const SceneInput &in) const {
   const std::size_t n = in.instances.mesh.size();
   require_size(in.instances.transform, n * 12, "instances.transform");
@@ -317,7 +319,8 @@ void Scene::prepare_meshes(SceneInput &in) {
     Mesh &mesh = meshes_[k];
     storage.name = std::move(source.name);
     storage.owner = std::move(source.owner);
-    storage.vertex_count = source.positions.size();
+    storage.lengths = {source.positions.size(), source.triangles.size(), source.corners.size(),
+                       source.normals.size(),   source.uv.size(),        source.slots.size()};
     storage.flattened = users[k] == 1;
     const vec3 *positions = source.positions.data();
     const vec3 *normals = source.normals.data();

@@ -117,6 +117,11 @@ struct SceneStats {
 // Whether and from which sides a material emits, by its emission.
 void set_emission_flags(Material &material, uint sampled, uint sides);
 
+// Entries of the arrays that a mesh refers to; 0 for those that it does not have.
+struct MeshLengths {
+  std::size_t positions = 0, triangles = 0, corners = 0, normals = 0, uv = 0, slots = 0;
+};
+
 // Radiometry and geometry of one lamp from Blender's units (see blender-facts in the project's notes, measured on
 // Cycles).
 // The records of the materials, as Principled ones. Throws std::invalid_argument where arrays differ in length.
@@ -149,6 +154,14 @@ class Scene {
   uint light_group_count() const { return light_group_count_; }
   std::size_t mesh_count() const { return meshes_.size(); }
 
+  // What data() refers to, for those who copy it.
+  std::span<const Mesh> meshes() const { return meshes_; }
+  std::span<const Instance> instances() const { return instances_; }
+  std::span<const uint> material_slots() const { return material_slots_; }
+  MeshLengths mesh_lengths(std::size_t mesh) const { return storage_[mesh].lengths; }
+  bool flattened(std::size_t mesh) const { return storage_[mesh].flattened; }
+  static std::span<const float> albedo();
+
   // Instance that an Embree hit belongs to is first_instances()[top-level geometry] + its place in an instance array.
   std::span<const uint> first_instances() const { return first_instances_; }
 
@@ -176,7 +189,7 @@ class Scene {
     std::vector<vec3> positions;  // where the mesh was moved to world space, or came without padding
     std::vector<vec3> normals;    // where the mesh was moved to world space
     std::shared_ptr<void> owner;  // of the exporter's arrays
-    std::size_t vertex_count = 0;
+    MeshLengths lengths;
     bool flattened = false;       // in world space, part of the top-level BVH
   };
 

@@ -61,7 +61,7 @@ void Scene::build(int threads, const std::atomic<bool> &cancel) {
     const Mesh &mesh = meshes_[k];
     embree::Geometry geometry = rtc.new_geometry(device_, embree::kTriangles);
     rtc.set_shared_geometry_buffer(geometry, embree::kVertexBuffer, 0, embree::kFloat3, mesh.positions.v, 0,
-                                   sizeof(vec3), storage_[k].vertex_count);
+                                   sizeof(vec3), storage_[k].lengths.positions);
     rtc.set_shared_geometry_buffer(geometry, embree::kIndexBuffer, 0, embree::kUint3, mesh.triangles.v, 0,
                                    sizeof(uvec3), mesh.triangle_count);
     if (lets_through[k]) rtc.set_geometry_enable_filter(geometry, true);

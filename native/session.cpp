@@ -108,6 +108,14 @@ int tile_size(const CameraInput &c) {
   return static_cast<std::int64_t>(c.region[2]) * c.region[3] >= 256 * 256 ? 32 : 16;
 }
 
+std::unique_ptr<Device> make_device(const std::shared_ptr<const Scene> &scene, const RenderJob &job,
+                                    const SettingsInput &settings) {
+  DeviceChoice choice = settings.device;
+  choice.threads = settings.threads;
+  require(choice.kind == "CPU" || choice.kind == "VULKAN", "settings.device", "'" + choice.kind + "'", "CPU or VULKAN");
+  return choice.kind == "CPU" ? make_cpu_device(job) : make_vulkan_device(scene, job, choice);
+}
+
 }  // namespace
 
 Session::Session(std::shared_ptr<const Scene> scene, const CameraInput &camera, const SettingsInput &settings)
@@ -146,7 +154,7 @@ Session::Session(std::shared_ptr<const Scene> scene, const CameraInput &camera, 
   job_.last_rays_find_light = (job_.features & (FEATURE_WORLD | FEATURE_EMISSIVE_MESHES)) != 0;
   job_.measure_tracing = settings.measure_tracing;
   job_.cancel = &cancel_;
-  kernel_ = &choose_cpu_kernel(job_.features);
+  device_ = make_device(scene_, job_, settings);
 
   // Passes of 1, 1, 2, 4 ... samples: a first picture soon, few interruptions later.
   for (std::uint32_t done = 0; done < samples;) {
@@ -163,8 +171,7 @@ Session::~Session() {
 void Session::start() {
   const std::lock_guard lock(mutex_);
   if (!threads_.empty()) throw std::logic_error("this session was started before");
-  int n = settings_.threads > 0 ? settings_.threads : static_cast<int>(std::thread::hardware_concurrency());
-  n = std::clamp(n, 1, 1024);
+  const int n = device_->threads(settings_.threads);
   begin_ = end_ = std::chrono::steady_clock::now();
   running_ = n;
   for (int i = 0; i < n; ++i) threads_.emplace_back([this] { work(); });
@@ -177,20 +184,22 @@ void Session::work() {
   RayCounts counts;
   std::exception_ptr error;
   try {
-    const std::unique_ptr<Workspace> workspace = kernel_->make_workspace(job_);
-    const std::uint64_t tiles = film_.tile_count();
-    const std::uint64_t total = tiles * pass_ends_.size();
+    const std::unique_ptr<Workspace> workspace = device_->make_workspace(job_);
+    const std::uint64_t at_once = device_->tiles_at_once();
+    const std::uint64_t groups = (film_.tile_count() + at_once - 1) / at_once;
+    const std::uint64_t total = groups * pass_ends_.size();
     while (!cancel_.load(std::memory_order_relaxed)) {
       const std::uint64_t work = next_work_.fetch_add(1);
       if (work >= total) break;
-      const std::uint64_t pass = work / tiles;
-      const std::size_t tile = work % tiles;
+      const std::uint64_t pass = work / groups;
+      const std::size_t tile = work % groups * at_once;
       // Another thread may still be at this tile's last pass: its samples come first, whatever the thread count.
       while (tile_passes_[tile].load(std::memory_order_acquire) < pass && !cancel_.load(std::memory_order_relaxed)) {
         std::this_thread::yield();
       }
       const std::uint32_t first = pass > 0 ? pass_ends_[pass - 1] : 0;
-      run_tile(tile, first, pass_ends_[pass] - first, *workspace, counts);
+      run_tiles(tile, std::min<std::size_t>(at_once, film_.tile_count() - tile), first, pass_ends_[pass] - first,
+                *workspace, counts);
     }
   } catch (...) {
     error = std::current_exception();
@@ -203,15 +212,15 @@ void Session::work() {
   changed_.notify_all();
 }
 
-void Session::run_tile(std::size_t index, std::uint32_t first, std::uint32_t count, Workspace &workspace,
-                       RayCounts &counts) {
-  FilmTile &tile = film_.tile(index);
-  if (!tile.to_sample().empty()) {
-    if (!kernel_->render(job_, tile, first, count, workspace, counts)) return;
-    if (passes_.error) update_pending(tile, first + count);
+void Session::run_tiles(std::size_t first_tile, std::size_t tile_count, std::uint32_t first, std::uint32_t count,
+                        Workspace &workspace, RayCounts &counts) {
+  const std::span<FilmTile> tiles = film_.tiles(first_tile, tile_count);
+  if (!device_->render(job_, tiles, first, count, workspace, counts)) return;
+  for (std::size_t k = 0; k < tiles.size(); ++k) {
+    if (passes_.error && !tiles[k].to_sample().empty()) update_pending(tiles[k], first + count);
+    samples_finished_.fetch_add(count, std::memory_order_relaxed);
+    tile_passes_[first_tile + k].fetch_add(1, std::memory_order_release);
   }
-  samples_finished_.fetch_add(count, std::memory_order_relaxed);
-  tile_passes_[index].fetch_add(1, std::memory_order_release);
 }
 
 // Adaptive sampling: drops the pixels whose error, and whose neighbours' error in the tile, is below the threshold.
@@ -268,9 +277,8 @@ SessionStats Session::stats() const {
   s.render_seconds = std::chrono::duration<double>(end - begin_).count();
   s.rays = counts_;
   s.bytes = film_.bytes();
-  s.isa = kernel_->isa;
   s.features = job_.features;
-  s.kernel_features = kernel_->features;
+  s.device = device_->figures();
   return s;
 }
 

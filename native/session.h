@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "cpu_kernel.h"
+#include "device.h"
 #include "film.h"
 #include "scene.h"
 
@@ -54,20 +55,20 @@ struct SettingsInput {  // addon/export/buffers.py, RenderSettings
   float outline_width = 0.3f;  // percent of the picture's height
   std::array<float, 3> outline_color{};
   bool outline_normal = true, outline_depth = true, outline_object = true;
+  DeviceChoice device;
 };
 
 struct SessionStats {
   double render_seconds = 0.0;
   RayCounts rays;
   std::uint64_t bytes = 0;
-  std::string isa;
-  std::uint32_t features = 0;         // in use
-  std::uint32_t kernel_features = 0;  // compiled into the chosen build
+  std::uint32_t features = 0;  // in use
+  DeviceFigures device;
 };
 
 class Session {
  public:
-  // Throws std::invalid_argument naming the setting that is wrong.
+  // Throws std::invalid_argument naming the setting that is wrong, DeviceError where the device cannot render this.
   Session(std::shared_ptr<const Scene> scene, const CameraInput &camera, const SettingsInput &settings);
   ~Session();
   Session(const Session &) = delete;
@@ -86,7 +87,8 @@ class Session {
 
  private:
   void work();
-  void run_tile(std::size_t tile, std::uint32_t first, std::uint32_t count, Workspace &workspace, RayCounts &counts);
+  void run_tiles(std::size_t first_tile, std::size_t tile_count, std::uint32_t first, std::uint32_t count,
+                 Workspace &workspace, RayCounts &counts);
   void update_pending(FilmTile &tile, std::uint32_t samples) const;
 
   std::shared_ptr<const Scene> scene_;
@@ -96,11 +98,11 @@ class Session {
   SceneData scene_data_;
   Film film_;
   RenderJob job_{};
-  const CpuKernel *kernel_ = nullptr;
+  std::unique_ptr<Device> device_;
   std::vector<std::uint32_t> pass_ends_;  // samples after each progressive pass
   std::vector<std::atomic<std::uint32_t>> tile_passes_;  // passes that each tile has behind it
 
-  std::atomic<std::uint64_t> next_work_{0};
+  std::atomic<std::uint64_t> next_work_{0};  // a pass over a few tiles
   std::atomic<std::uint64_t> samples_finished_{0};  // tile passes times their samples
   std::atomic<bool> cancel_{false};
   mutable std::mutex mutex_;

@@ -12,7 +12,7 @@ import time
 import numpy as np
 
 # Knobs.
-fail_in = ''  # 'scene', 'session', 'render' or 'read'
+fail_in = ''  # 'scene', 'session', 'device', 'render' or 'read'
 build_seconds = 0.0
 sample_seconds = 0.0
 read_seconds = 0.0
@@ -23,6 +23,10 @@ sessions: list[Session] = []
 
 
 class Cancelled(Exception):
+    pass
+
+
+class DeviceError(RuntimeError):
     pass
 
 
@@ -58,6 +62,8 @@ class Session:
     def __init__(self, scene, camera, settings):
         if fail_in == 'session':
             raise RuntimeError('no session today')
+        if fail_in == 'device' and settings.device != 'CPU':
+            raise DeviceError('no card today')
         self.camera, self.settings = camera, settings
         sessions.append(self)
         self._stop = threading.Event()

@@ -36,7 +36,7 @@ _COMMENT = re.compile(r'//[^\n]*|/\*.*?\*/', re.DOTALL)
 _STRUCT = re.compile(r'^struct (\w+) \{(.*?)^\};', re.DOTALL | re.MULTILINE)
 _FIELD = re.compile(r'(\w+)\s+(\w+)(?:\[(\w+)\])?\s*;')
 _FUNCTION = re.compile(r'^FN\s+\w+\s+(\w+)\s*\(', re.MULTILINE)
-_REFERENCE = re.compile(r'^BUFFER_REF\((\w+),\s*(\w+)\)', re.MULTILINE)
+_REFERENCE = re.compile(r'^BUFFER_(?:REF|RW)\((\w+),\s*(\w+)\)', re.MULTILINE)
 _CONSTANT = re.compile(r'^const uint (\w+) = (\w+?)u;', re.MULTILINE)
 
 _SCALARS = {'float': np.dtype('<f4'), 'uint': np.dtype('<u4'), 'int': np.dtype('<i4')}

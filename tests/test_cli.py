@@ -134,6 +134,7 @@ def test_names_of_frames():
         (('render', 'a.blend', '-o', 'o.png', '--threads', '5000'), '5000 is not from 0 to 1024'),
         (('render', 'a.blend', '-o', 'o.png', '--integrator', 'magic'), 'MAGIC'),
         (('render', 'a.blend', '-o', 'o.png', '--device', 'abacus'), 'ABACUS'),
+        (('render', 'a.blend', '-o', 'o.png', '--device', 'vulkan:x'), "'x' is not a whole number"),
         (('render', 'a.blend', '-o', 'o.png', '--size', '10'), "'10' is not a size"),
         (('render', 'a.blend', '-o', 'o.png', '--size', '0x10'), '0 is not from 1'),
         (('render', 'a.blend', '-o', 'o.png', '--frame', '5..3'), '5..3 is empty'),

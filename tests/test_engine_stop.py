@@ -239,3 +239,18 @@ def test_a_log_stops_the_export():
     Log(should_stop=lambda: False).checkpoint()
     with pytest.raises(Cancelled):
         Log(should_stop=lambda: True).checkpoint()
+
+
+def test_a_card_that_cannot_render_hands_over_to_the_cpu(scene, tmp_path):
+    """With a warning that says why; or, where the user wants no other device, with an error."""
+    fake_native.fail_in = 'device'
+    scene.cotorra.device = 'VULKAN'
+    stopper = Stopper()
+    with watch.attached(stopper):
+        render_to(scene, tmp_path / 'o.exr')
+    assert fake_native.sessions[-1].settings.device == 'CPU'
+    assert stats.last(scene.name)[0].device == 'CPU'
+    assert ('WARNING', 'The CPU renders instead of VULKAN: no card today') in stopper.messages
+    scene.cotorra.use_device_fallback = False
+    with pytest.raises(RuntimeError, match='VULKAN: no card today'):
+        render_to(scene, tmp_path / 'o.exr')

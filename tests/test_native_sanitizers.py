@@ -8,6 +8,7 @@ build of the CPU kernels, with every feature, stands for all.
 from __future__ import annotations
 
 import os
+import re
 import subprocess
 import sys
 import sysconfig
@@ -19,7 +20,9 @@ from cotorra.native import embree_library
 
 from native_build import BUILD, ROOT, build_module, build_program, compiler
 
-SOURCES = sorted((ROOT / 'native').glob('*.cpp'))
+# Without the Vulkan device, whose kernels CMake compiles; device_no_vulkan.cpp stands in for it.
+VULKAN = re.compile(r'vulkan_\w+|device_vulkan|wide_bvh')
+SOURCES = sorted(path for path in (ROOT / 'native').glob('*.cpp') if not VULKAN.fullmatch(path.stem))
 PYTHON = [
     path for path in SOURCES if '#include <nanobind' in path.read_text() or '"python_arrays.h"' in path.read_text()
 ]

@@ -18,7 +18,7 @@ CPP = sorted(
     path
     for folder in ('native', 'kernels', 'tests/native')
     for path in (ROOT / folder).rglob('*')
-    if path.suffix in {'.h', '.cpp', '.comp'}
+    if path.suffix in {'.h', '.cpp', '.comp', '.glsl'}
 )
 PYTHON = sorted(path for folder in ('addon', 'tests', 'scripts') for path in (ROOT / folder).rglob('*.py'))
 SCRIPTS = sorted(

@@ -31,7 +31,7 @@ def lavapipe_driver() -> Path | None:
 
 
 @contextmanager
-def _only(driver: Path) -> Iterator[None]:
+def only(driver: Path) -> Iterator[None]:
     """The loader reads these variables when the instance is made; older loaders know the second name only."""
     saved = {name: os.environ.get(name) for name in _ENVIRONMENT}
     os.environ.update(dict.fromkeys(_ENVIRONMENT, str(driver)))
@@ -90,7 +90,7 @@ class Runner:
 
     def __init__(self, driver: Path, loader: str = 'libvulkan.so.1', validate: bool = True) -> None:
         library = _library()
-        with _only(driver):
+        with only(driver):
             self.handle = library.runner_open(loader.encode(), int(validate))
         if not self.handle:
             raise VulkanError(library.runner_error().decode())

@@ -334,6 +334,8 @@ class RenderSettings:
     ambient_color to outline_object: as in properties.py.
     passes:     native pass names, see PASSES; 'combined' is always there.
     threads:    0 = all.
+    device:     one of choices.DEVICES; device_index: of cotorra_native.devices(), -1: the first that can be used.
+    cache:      folder for compiled kernels of graphics cards; empty: none is kept.
     measure_tracing: trace every ray a second time, alone, to tell how much of the time is Embree's; for benchmarks.
     """
 
@@ -351,6 +353,9 @@ class RenderSettings:
     threads: int = 0
     passes: tuple[str, ...] = ('combined',)
     measure_tracing: bool = False
+    device: str = 'CPU'
+    device_index: int = -1
+    cache: str = ''
     ambient_color: tuple[float, float, float] = (1.0, 1.0, 1.0)
     ambient_strength: float = 0.0
     use_ambient_occlusion: bool = False

@@ -18,6 +18,9 @@ class COTORRA_RENDER_PT_sampling(CotorraPanel, bpy.types.Panel):
         layout = split_layout(self)
         settings = context.scene.cotorra
         layout.prop(settings, 'device')
+        if settings.device != 'CPU':
+            layout.prop(settings, 'device_index')
+            layout.prop(settings, 'use_device_fallback')
 
         heading = layout.column(align=True, heading='Noise Threshold')
         row = heading.row(align=True)

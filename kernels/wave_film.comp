@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Stage 7: one invocation a pixel adds its finished samples to the film, one after the other, in their order.
+// The host adds the film's sums to those that it keeps (native/film.h).
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#include "stage.glsl"
+
+void add_record(uint pixel, WaveRecord r) {
+  WaveRecord sum = LOAD(WAVE.film_records, pixel);
+  if (r.hit > 0.0f && (sum.hit == 0.0f || r.distance2 < sum.distance2)) {
+    sum.distance2 = r.distance2;
+    sum.depth = r.depth;
+    sum.position = r.position;
+    sum.object_index = r.object_index;
+    sum.material_index = r.material_index;
+  }
+  sum.hit += r.hit;
+  sum.normal += r.normal;
+  sum.uv += r.uv;
+  sum.uv_coverage += r.uv_coverage;
+  sum.diffuse_color += r.diffuse_color;
+  sum.emission += r.emission;
+  sum.environment += r.environment;
+  sum.lit += r.lit;
+  sum.unshadowed += r.unshadowed;
+  STORE(WAVE.film_records, pixel, sum);
+}
+
+void main() {
+  const uint index = gl_GlobalInvocationID.x;
+  if (index >= push.pixel_count) return;
+  const uint pixel = push.first_pixel + index;
+  FilmPixel sum = LOAD(WAVE.film, pixel);
+  vec3 odd = vec3(0.0f);
+  for (uint k = 0u; k < push.sample_count; ++k) {
+    const uint lane = index * push.sample_count + k;
+    const WaveSample s = LOAD(WAVE.samples, lane);
+    vec3 radiance = s.radiance;
+    const bool finite = film_add(sum, radiance, s.alpha);
+    if (!finite) atomicAdd(WAVE.counters.v[WAVE_REJECTED], 1u);
+    if (((push.first_sample + k) & 1u) != 0u) odd += radiance;
+    if (FEATURE(FEATURE_DATA_PASSES)) add_record(pixel, LOAD(WAVE.records, lane));
+    if (FEATURE(FEATURE_LIGHT_GROUPS) && finite) {
+      for (uint g = 0u; g < WAVE.light_groups; ++g) {
+        WAVE.film_groups.v[pixel * WAVE.light_groups + g] += LOAD(WAVE.groups, lane * WAVE.light_groups + g);
+      }
+    }
+  }
+  STORE(WAVE.film, pixel, sum);
+  if (WAVE.adaptive != 0u) WAVE.film_odd.v[pixel] += odd;
+}

@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Stage 4: light samples of each lane at a surface: every lamp or a few picked ones, and a point on an emitting
+// triangle. It makes shadow rays and traces none.
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#include "stage.glsl"
+
+bool sample_lamp(uint slot, uint lamp_slots, float pick, uint block_seed, PathState path, Surface s, Bsdf bsdf, vec3 wo,
+                 out ShadowRay ray) {
+  uint index = slot;
+  float scale = 1.0f;
+  if (!flag(WAVE_ALL_LIGHTS)) {
+    const float u = (float(slot) + pick) / float(lamp_slots);
+    index = path_pick_light(WAVE.scene, s, min(u, 0.99999994f), scale);
+    scale /= float(lamp_slots);
+  }
+  if (index == INVALID_ID) return false;
+  const vec2 u = vertex_random(path.random, block_seed, PAIR_LIGHTS + slot % LAST_SHARED_PAIR);
+  return path_sample_light(WAVE.scene, index, path, s, bsdf, wo, u, scale, ray);
+}
+
+void main() {
+  if (beyond(WAVE_SHADING)) return;
+  const uint lane = LOAD(WAVE.shading_queue, gl_GlobalInvocationID.x);
+  const PathState path = LOAD(WAVE.paths, lane);
+  const Surface s = LOAD(WAVE.surfaces, lane);
+  const Bsdf bsdf = LOAD(WAVE.bsdfs, lane);
+  const vec3 wo = -WAVE.rays.v[lane].direction;
+  const uint block_seed = pixel_of(lane).block_seed;
+  const bool emitters = FEATURE(FEATURE_EMISSIVE_MESHES) && WAVE.scene.emitter_count > 0u;
+  const uint lamp_slots = push.light_slots - (emitters ? 1u : 0u);
+  const vec2 pick = vertex_random(path.random, block_seed, PAIR_PICK);
+  for (uint slot = 0u; slot < push.light_slots; ++slot) {
+    ShadowRay ray;
+    bool sent;
+    if (slot < lamp_slots) {
+      sent = sample_lamp(slot, lamp_slots, pick.x, block_seed, path, s, bsdf, wo, ray);
+    } else {
+      const vec2 u = vertex_random(path.random, block_seed, PAIR_EMITTER);
+      sent = path_sample_emitter(WAVE.scene, path, s, bsdf, wo, pick.y, u, ray);
+    }
+    const uint place = slot * WAVE.lanes + lane;
+    if (!sent) {
+      WAVE.shadow_rays.v[place].t_max = SHADOW_NONE;
+      continue;
+    }
+    STORE(WAVE.shadow_rays, place, ray);
+    if (ray.visibility != 0u) STORE(WAVE.shadows_queue, append(WAVE_SHADOWS), place);
+  }
+}

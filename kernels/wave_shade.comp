@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Stage 3: what each ray met: lamps, the background, or a surface, whose emission is added and whose BSDF is prepared.
+// Lanes at a surface that may be lit go into the shading queue.
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#include "stage.glsl"
+
+void meet_lights(uint lane, PathState path, CameraRay ray, float t) {
+  for (uint l = 0u; l < WAVE.scene.light_count; ++l) {
+    int group;
+    const vec3 seen = path_meet_light(WAVE.scene, l, path, ray.origin, ray.direction, t, group);
+    if (is_black(seen)) continue;
+    add_light(lane, seen, group);
+    if (FEATURE(FEATURE_DATA_PASSES) && path.bounce == 0u) WAVE.records.v[lane].emission += seen;
+  }
+}
+
+void escape(uint lane, PathState path) {
+  if (FEATURE(FEATURE_WORLD)) {
+    const vec3 world = path_escape(WAVE.scene, path);
+    if (FEATURE(FEATURE_DATA_PASSES) && path.bounce == 0u) WAVE.records.v[lane].environment += world;
+    if (path.bounce > 0u || !flag(WAVE_TRANSPARENT)) add_light(lane, world, WAVE.scene.world_group);
+  }
+  if (path.bounce == 0u) WAVE.samples.v[lane].alpha = 0.0f;
+}
+
+// Passes that describe the first surface.
+void record(uint lane, Surface s, Material material, Bsdf bsdf) {
+  WaveRecord r = LOAD(WAVE.records, lane);
+  const vec2 offset = WAVE.samples.v[lane].offset;
+  const Instance instance = LOAD(WAVE.scene.instances, s.instance);
+  r.hit = 1.0f;
+  r.distance2 = sqr(offset.x) + sqr(offset.y);
+  r.depth = camera_depth(WAVE.camera, s.p);
+  r.position = s.p;
+  r.object_index = float(instance.pass_index);
+  r.material_index = float(material.pass_index);
+  r.normal = s.n;
+  r.uv = surface_uv(WAVE.scene, s);
+  r.uv_coverage = (LOAD(WAVE.scene.meshes, instance.mesh).flags & MESH_HAS_UV) != 0u ? 1.0f : 0.0f;
+  r.diffuse_color = bsdf.diffuse * PI;
+  STORE(WAVE.records, lane, r);
+}
+
+void main() {
+  if (beyond(WAVE_RAYS)) return;
+  const uint lane = LOAD(WAVE.rays_queue, gl_GlobalInvocationID.x);
+  const CameraRay ray = LOAD(WAVE.rays, lane);
+  const PathState path = LOAD(WAVE.paths, lane);
+  const Hit hit = LOAD(WAVE.hits, lane);
+  const bool missed = hit.instance == INVALID_ID;
+  const bool meets = path.bounce > 0u ? FEATURE(FEATURE_BSDF_RAYS) : flag(WAVE_CAMERA_MEETS_LIGHTS);
+  if (FEATURE(FEATURE_VISIBLE_LIGHTS) && meets) {
+    meet_lights(lane, path, ray, missed ? INFINITE_DISTANCE : hit.t);
+  }
+  if (missed) {
+    escape(lane, path);
+    return;
+  }
+  Surface s;
+  surface_from_hit(WAVE.scene, hit, ray.direction, s);
+  const Material material = LOAD(WAVE.scene.materials, s.material);
+  if (FEATURE(FEATURE_EMISSIVE_MESHES) && (material.flags & MATERIAL_EMISSIVE) != 0u) {
+    const vec3 emitted = path_emission(WAVE.scene, path, s, material, -ray.direction, hit.t);
+    add_light(lane, emitted, WAVE.scene.instances.v[hit.instance].light_group);
+    if (FEATURE(FEATURE_DATA_PASSES) && path.bounce == 0u) WAVE.records.v[lane].emission += emitted;
+  }
+  if (path_is_last(WAVE.integrator, path)) return;  // it only brought light home
+  Bsdf bsdf;
+  bsdf_prepare(WAVE.scene, material, s.n, s.ng, -ray.direction, bsdf);
+  if (FEATURE(FEATURE_DATA_PASSES) && path.bounce == 0u) record(lane, s, material, bsdf);
+  STORE(WAVE.surfaces, lane, s);
+  STORE(WAVE.bsdfs, lane, bsdf);
+  STORE(WAVE.shading_queue, append(WAVE_SHADING), lane);
+}

@@ -1,0 +1,141 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The memory of a wavefront on a GPU: what the stages (*.comp) hand to each other, by lane; and what a dispatch is
+// told. One lane is one sample of one pixel. What a stage does is written in the stages and in integrator.h.
+#ifndef COTORRA_WAVEFRONT_H
+#define COTORRA_WAVEFRONT_H
+
+#include "bvh.h"
+#include "camera.h"
+#include "film.h"
+#include "integrator.h"
+
+#ifdef __cplusplus
+namespace cotorra {
+#endif
+
+const uint WAVE_GROUP_SIZE = 64u;
+
+// Queues of lanes: whose ray is to be traced, who stands at a surface, and which shadow rays (light slot x lanes +
+// lane).
+const uint WAVE_RAYS = 0u;
+const uint WAVE_SHADING = 1u;
+const uint WAVE_SHADOWS = 2u;
+// Words of the counters: for each queue three that an indirect dispatch reads, then how many lanes each queue has, then
+// sums that the host collects.
+const uint WAVE_COUNTS = 9u;
+const uint WAVE_BOUNCE_RAYS = 12u;
+const uint WAVE_SHADOW_RAYS = 13u;
+const uint WAVE_REJECTED = 14u;
+const uint WAVE_COUNTERS = 16u;
+
+const uint WAVE_TRANSPARENT = 1u;           // RenderJob's flags
+const uint WAVE_CAMERA_MEETS_LIGHTS = 2u;
+const uint WAVE_LAST_RAYS_FIND_LIGHT = 4u;
+const uint WAVE_ALL_LIGHTS = 8u;            // every lamp is sampled at each vertex
+
+// What ShadowRay.t_max says once a shadow ray was traced, where it is not the length of a ray that arrived.
+const float SHADOW_NONE = -2.0f;
+const float SHADOW_BLOCKED = -1.0f;
+
+struct WavePixel {
+  uint x;  // in the whole picture
+  uint y;
+  uint block_seed;  // of the tile that the pixel lies in
+  uint unused;
+};
+
+// What a sample has gathered.
+struct WaveSample {
+  vec3 radiance;
+  float alpha;
+  vec2 offset;  // from the pixel's centre, pixels
+};
+
+// What a sample tells beside its light, for passes; of a pixel: sums over its samples, and the first five of the sample
+// nearest its centre.
+struct WaveRecord {
+  vec3 position;
+  float depth;
+  float object_index;
+  float material_index;
+  float distance2;  // to the pixel's centre
+  float hit;        // 1: there is a surface
+  vec3 normal;
+  float uv_coverage;
+  vec3 diffuse_color;
+  float lit;         // luminance that arrived at the first surface
+  vec3 emission;
+  float unshadowed;  // that would have arrived
+  vec3 environment;
+  float unused;
+  vec2 uv;
+};
+
+BUFFER_REF(WavePixel, WavePixelBuffer)
+BUFFER_RW(uint, UintRwBuffer)
+BUFFER_RW(vec3, Vec3RwBuffer)
+BUFFER_RW(CameraRay, CameraRayRwBuffer)
+BUFFER_RW(PathState, PathStateRwBuffer)
+BUFFER_RW(Hit, HitRwBuffer)
+BUFFER_RW(Surface, SurfaceRwBuffer)
+BUFFER_RW(Bsdf, BsdfRwBuffer)
+BUFFER_RW(ShadowRay, ShadowRayRwBuffer)
+BUFFER_RW(WaveSample, WaveSampleRwBuffer)
+BUFFER_RW(WaveRecord, WaveRecordRwBuffer)
+BUFFER_RW(FilmPixel, FilmPixelRwBuffer)
+
+// Everything that stays the same while a session renders.
+struct WaveData {
+  SceneData scene;
+  BvhData bvh;
+  UintRwBuffer counters;
+  UintRwBuffer rays_queue;
+  UintRwBuffer shading_queue;
+  UintRwBuffer shadows_queue;
+  // By lane; shadow_rays by light slot x lanes + lane, groups by lane x light_groups + group.
+  CameraRayRwBuffer rays;
+  PathStateRwBuffer paths;
+  HitRwBuffer hits;
+  SurfaceRwBuffer surfaces;
+  BsdfRwBuffer bsdfs;
+  ShadowRayRwBuffer shadow_rays;
+  WaveSampleRwBuffer samples;
+  WaveRecordRwBuffer records;
+  Vec3RwBuffer groups;
+  // By pixel of the tiles that are being rendered.
+  WavePixelBuffer pixels;
+  FilmPixelRwBuffer film;
+  Vec3RwBuffer film_odd;
+  WaveRecordRwBuffer film_records;
+  Vec3RwBuffer film_groups;
+  CameraData camera;
+  IntegratorData integrator;
+  uint lanes;  // there are
+  uint sample_bits;
+  uint flags;  // WAVE_*
+  uint light_groups;
+  uint adaptive;  // film_odd is kept
+  uint unused;
+};
+BUFFER_REF(WaveData, WaveDataBuffer)
+
+// What a dispatch is told: pixels [first_pixel, + pixel_count), samples [first_sample, + sample_count) of each.
+struct WavePush {
+  WaveDataBuffer data;
+  uint first_pixel;
+  uint pixel_count;
+  uint first_sample;
+  uint sample_count;
+  uint bounce;
+  uint light_slots;  // shadow rays that a lane may send at this vertex
+  uint queue;        // wave_prepare.comp: which is to be dispatched over
+  uint unused;
+};
+
+#ifdef __cplusplus
+static_assert(sizeof(WavePixel) == 16 && sizeof(WaveSample) == 24 && sizeof(WaveRecord) == 104 &&
+              sizeof(WavePush) == 40);
+}  // namespace cotorra
+#endif
+
+#endif

@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// A graphics card as a device: which card, and whether it can render a job. The rendering is vulkan_wavefront.cpp's;
+// the session keeps the film.
+#include "device.h"
+#include "features.h"
+#include "vulkan_wavefront.h"
+
+#include "../kernels/scene_types.h"
+
+namespace cotorra {
+namespace {
+
+// What the stages have; the rest is the CPU's alone so far.
+constexpr std::uint32_t kFeatures = FEATURE_BOUNCES | FEATURE_SOFT_LIGHTS | FEATURE_VISIBLE_LIGHTS |
+                                    FEATURE_EMISSIVE_MESHES | FEATURE_WORLD | FEATURE_SPECULAR | FEATURE_BSDF_RAYS |
+                                    FEATURE_DATA_PASSES | FEATURE_LIGHT_GROUPS | FEATURE_LIGHT_SHAPES;
+constexpr std::size_t kLargestTile = 32 * 32;  // pixels; a session's tiles may be smaller
+
+class VulkanDevice final : public Device {
+ public:
+  VulkanDevice(std::shared_ptr<const Scene> scene, const RenderJob &job, const DeviceChoice &choice)
+      : scene_(std::move(scene)), choice_(choice) {
+    std::string missing;
+    for (const std::string &name : feature_names(job.features & ~kFeatures)) {
+      missing += (missing.empty() ? "" : ", ") + name;
+    }
+    if (!missing.empty()) throw DeviceError("graphics cards cannot render this yet: " + missing);
+    instance_ = std::make_shared<vulkan::Instance>();
+    physical_ = choose(choice.index);
+    shared_.figures.name = physical_.info.name;
+    shared_.figures.isa = "software";
+    shared_.figures.features = job.features;
+  }
+
+  int threads(int) const override { return 1; }
+  std::size_t tiles_at_once() const override { return vulkan::film_pixels_at_once(physical_) / kLargestTile; }
+
+  std::unique_ptr<Workspace> make_workspace(const RenderJob &job) override {
+    return vulkan::make_wavefront(*scene_, job, choice_, instance_, physical_, shared_);
+  }
+
+  bool render(const RenderJob &, std::span<FilmTile> tiles, std::uint32_t first, std::uint32_t count,
+              Workspace &workspace, RayCounts &counts) override {
+    return static_cast<vulkan::Wavefront &>(workspace).render(tiles, first, count, counts);
+  }
+
+  DeviceFigures figures() const override {
+    const std::lock_guard lock(shared_.mutex);
+    DeviceFigures figures = shared_.figures;
+    figures.messages = instance_->messages();
+    return figures;
+  }
+
+ private:
+  vulkan::Physical choose(int index) const {
+    const std::vector<vulkan::Physical> list = list_physical(*instance_);
+    std::string problems;
+    for (int i = 0; i < static_cast<int>(list.size()); ++i) {
+      const vulkan::Physical &p = list[static_cast<std::size_t>(i)];
+      if (index >= 0 && i != index) continue;
+      if (p.info.problem.empty()) return p;
+      problems += "; " + p.info.name + ": " + p.info.problem;
+    }
+    if (index < 0) throw DeviceError("no Vulkan device can be used" + problems);
+    throw DeviceError("Vulkan device " + std::to_string(index) + " of " + std::to_string(list.size()) +
+                      " cannot be used" + problems);
+  }
+
+  std::shared_ptr<const Scene> scene_;
+  DeviceChoice choice_;
+  std::shared_ptr<vulkan::Instance> instance_;
+  vulkan::Physical physical_;
+  mutable vulkan::SharedFigures shared_;
+};
+
+}  // namespace
+
+std::unique_ptr<Device> make_vulkan_device(std::shared_ptr<const Scene> scene, const RenderJob &job,
+                                           const DeviceChoice &choice) {
+  return std::make_unique<VulkanDevice>(std::move(scene), job, choice);
+}
+
+}  // namespace cotorra

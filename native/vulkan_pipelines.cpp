@@ -1,0 +1,131 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Compiles the stages, whose SPIR-V the build has put into this file, for one device.
+#include "vulkan_pipelines.h"
+
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <future>
+#include <iterator>
+#include <span>
+#include <vector>
+
+namespace cotorra::vulkan {
+namespace {
+
+#include "vulkan_spirv.inc"  // wave_begin ...: arrays of words, made by CMakeLists.txt
+
+constexpr std::array<std::span<const std::uint32_t>, static_cast<std::size_t>(Stage::kCount)> kStages = {
+    wave_begin, wave_prepare, wave_trace, wave_shade, wave_light, wave_shadow, wave_bounce, wave_film};
+
+// FNV-1a over all stages: a cache of other kernels has another name.
+std::uint64_t kernels_hash(std::uint32_t features) {
+  std::uint64_t hash = 0xcbf29ce484222325u;
+  const auto add = [&hash](std::uint32_t word) { hash = (hash ^ word) * 0x100000001b3u; };
+  for (const auto words : kStages) {
+    for (const std::uint32_t word : words) add(word);
+  }
+  add(features);
+  return hash;
+}
+
+std::string cache_path(const std::string &folder, const VkPhysicalDeviceProperties &device, std::uint32_t features) {
+  if (folder.empty()) return "";
+  std::string uuid;  // the driver's: another version has another
+  for (const std::uint8_t byte : device.pipelineCacheUUID) {
+    char digits[3];
+    std::snprintf(digits, sizeof digits, "%02x", byte);
+    uuid += digits;
+  }
+  char name[64];
+  std::snprintf(name, sizeof name, "%04x-%04x-%016llx.bin", device.vendorID, device.deviceID,
+                static_cast<unsigned long long>(kernels_hash(features)));
+  return (std::filesystem::path(folder) / ("vulkan-" + uuid + "-" + name)).string();
+}
+
+}  // namespace
+
+Pipelines::Pipelines(LogicalDevice &device, std::uint32_t features, std::uint32_t push_size, const std::string &cache)
+    : device_(device) {
+  const std::string path = cache_path(cache, device.physical().properties, features);
+  try {
+    const VkPushConstantRange range{VK_SHADER_STAGE_COMPUTE_BIT, 0, push_size};
+    VkPipelineLayoutCreateInfo layout{};
+    layout.sType = VK_STRUCTURE_TYPE_PIPELINE_LAYOUT_CREATE_INFO;
+    layout.pushConstantRangeCount = 1;
+    layout.pPushConstantRanges = &range;
+    check(device_.vkCreatePipelineLayout(device_.handle, &layout, nullptr, &layout_), "vkCreatePipelineLayout");
+    load_cache(path);
+    std::vector<std::future<void>> tasks;
+    for (std::size_t stage = 0; stage < kStages.size(); ++stage) {
+      tasks.push_back(std::async(std::launch::async, [this, stage, features] { compile(stage, features); }));
+    }
+    for (std::future<void> &task : tasks) task.wait();
+    for (std::future<void> &task : tasks) task.get();
+    save_cache(path);
+  } catch (...) {
+    release();
+    throw;
+  }
+}
+
+Pipelines::~Pipelines() { release(); }
+
+void Pipelines::release() {
+  for (VkPipeline pipeline : pipelines_) device_.vkDestroyPipeline(device_.handle, pipeline, nullptr);
+  device_.vkDestroyPipelineCache(device_.handle, cache_, nullptr);
+  device_.vkDestroyPipelineLayout(device_.handle, layout_, nullptr);
+}
+
+void Pipelines::compile(std::size_t stage, std::uint32_t features) {
+  VkShaderModuleCreateInfo module_info{};
+  module_info.sType = VK_STRUCTURE_TYPE_SHADER_MODULE_CREATE_INFO;
+  module_info.codeSize = kStages[stage].size_bytes();
+  module_info.pCode = kStages[stage].data();
+  VkShaderModule module = VK_NULL_HANDLE;
+  check(device_.vkCreateShaderModule(device_.handle, &module_info, nullptr, &module), "vkCreateShaderModule");
+  const VkSpecializationMapEntry entry{0, 0, sizeof(std::uint32_t)};  // KERNEL_FEATURES of stage.glsl
+  const VkSpecializationInfo specialization{1, &entry, sizeof features, &features};
+  VkComputePipelineCreateInfo info{};
+  info.sType = VK_STRUCTURE_TYPE_COMPUTE_PIPELINE_CREATE_INFO;
+  info.layout = layout_;
+  info.stage.sType = VK_STRUCTURE_TYPE_PIPELINE_SHADER_STAGE_CREATE_INFO;
+  info.stage.stage = VK_SHADER_STAGE_COMPUTE_BIT;
+  info.stage.module = module;
+  info.stage.pName = "main";
+  info.stage.pSpecializationInfo = &specialization;
+  const VkResult result =
+      device_.vkCreateComputePipelines(device_.handle, cache_, 1, &info, nullptr, &pipelines_[stage]);
+  device_.vkDestroyShaderModule(device_.handle, module, nullptr);
+  check(result, "vkCreateComputePipelines");
+}
+
+void Pipelines::load_cache(const std::string &path) {
+  std::vector<char> bytes;
+  if (!path.empty()) {
+    std::ifstream file(path, std::ios::binary);
+    bytes.assign(std::istreambuf_iterator<char>(file), {});
+  }
+  loaded_bytes_ = bytes.size();
+  VkPipelineCacheCreateInfo info{};
+  info.sType = VK_STRUCTURE_TYPE_PIPELINE_CACHE_CREATE_INFO;
+  info.initialDataSize = bytes.size();  // the driver checks its header, and takes nothing of a stranger's
+  info.pInitialData = bytes.data();
+  check(device_.vkCreatePipelineCache(device_.handle, &info, nullptr, &cache_), "vkCreatePipelineCache");
+}
+
+void Pipelines::save_cache(const std::string &path) const {
+  std::size_t size = 0;
+  if (path.empty() || device_.vkGetPipelineCacheData(device_.handle, cache_, &size, nullptr) != VK_SUCCESS) return;
+  if (size == loaded_bytes_) return;
+  std::vector<char> bytes(size);
+  if (device_.vkGetPipelineCacheData(device_.handle, cache_, &size, bytes.data()) != VK_SUCCESS) return;
+  // Under another name first: two renders at once must not leave half a file.
+  std::error_code ignored;
+  std::filesystem::create_directories(std::filesystem::path(path).parent_path(), ignored);
+  const std::string partial = path + "." + std::to_string(reinterpret_cast<std::uintptr_t>(this));
+  std::ofstream(partial, std::ios::binary).write(bytes.data(), static_cast<std::streamsize>(size));
+  std::filesystem::rename(partial, path, ignored);
+}
+
+}  // namespace cotorra::vulkan

@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Copies a scene's arrays to a graphics card.
+// A new array of SceneData needs a line in upload_scene, and nothing else here.
+#include "vulkan_scene.h"
+
+#include "../kernels/camera.h"
+
+#include <algorithm>
+#include <cstring>
+
+namespace cotorra::vulkan {
+namespace {
+
+constexpr std::uint64_t kStaging = std::uint64_t{16} << 20;
+constexpr std::uint64_t kBlock = std::uint64_t{64} << 20;  // larger arrays get a buffer of their own
+constexpr std::uint64_t kAlignment = 16;
+
+std::uint64_t aligned(std::uint64_t size) { return (size + kAlignment - 1) / kAlignment * kAlignment; }
+
+}  // namespace
+
+Uploader::Uploader(LogicalDevice &device) : device_(device), staging_(device, kStaging, "copying", true) {}
+Uploader::~Uploader() = default;
+
+std::uint64_t Uploader::put_bytes(std::span<const std::byte> bytes, const char *purpose) {
+  if (bytes.empty()) return 0;
+  const std::uint64_t size = aligned(bytes.size());
+  if (blocks_.empty() || block_used_ + size > blocks_.back()->size()) {
+    blocks_.push_back(std::make_unique<Buffer>(device_, std::max(size, kBlock), purpose));
+    block_used_ = 0;
+  }
+  const Buffer &block = *blocks_.back();
+  const std::uint64_t address = block.address() + block_used_;
+  for (std::uint64_t done = 0; done < bytes.size();) {
+    if (staged_ == kStaging) flush();
+    const std::uint64_t part = std::min<std::uint64_t>(bytes.size() - done, kStaging - staged_);
+    std::memcpy(staging_.data() + staged_, bytes.data() + done, part);
+    copies_.push_back({block.handle(), {staged_, block_used_ + done, part}});
+    staged_ = std::min(aligned(staged_ + part), kStaging);
+    done += part;
+  }
+  block_used_ += size;
+  return address;
+}
+
+void Uploader::flush() {
+  if (copies_.empty()) return;
+  device_.run([&](VkCommandBuffer commands) {
+    for (const Copy &copy : copies_) {
+      device_.vkCmdCopyBuffer(commands, staging_.handle(), copy.target, 1, &copy.region);
+    }
+  });
+  copies_.clear();
+  staged_ = 0;
+}
+
+std::vector<std::unique_ptr<Buffer>> Uploader::finish() {
+  flush();
+  return std::move(blocks_);
+}
+
+void upload_scene(const Scene &scene, std::uint32_t features, Uploader &uploader, SceneData &data) {
+  std::vector<Mesh> meshes(scene.meshes().begin(), scene.meshes().end());
+  for (std::size_t k = 0; k < meshes.size(); ++k) {
+    Mesh &mesh = meshes[k];
+    const MeshLengths n = scene.mesh_lengths(k);
+    mesh.positions.v = uploader.put(std::span(mesh.positions.v, n.positions), "vertices");
+    mesh.triangles.v = uploader.put(std::span(mesh.triangles.v, n.triangles), "triangles");
+    mesh.corners.v = uploader.put(std::span(mesh.corners.v, n.corners), "corners");
+    mesh.normals.v = uploader.put(std::span(mesh.normals.v, n.normals), "normals");
+    mesh.uv.v = uploader.put(std::span(mesh.uv.v, n.uv), "texture coordinates");
+    mesh.slots.v = uploader.put(std::span(mesh.slots.v, n.slots), "material slots");
+  }
+  data.meshes.v = uploader.put(std::span<const Mesh>(meshes), "meshes");
+  data.instances.v = uploader.put(scene.instances(), "instances");
+  data.materials.v = uploader.put(std::span(data.materials.v, data.material_count), "materials");
+  data.material_slots.v = uploader.put(scene.material_slots(), "material slots");
+  data.lights.v = uploader.put(std::span(data.lights.v, data.light_count), "lights");
+  data.emitters.v = uploader.put(std::span(data.emitters.v, data.emitter_count), "emitters");
+  data.albedo.v = uploader.put(scene.albedo(), "albedo tables");
+  data.filter_table.v = uploader.put(std::span(data.filter_table.v, FILTER_TABLE_SIZE), "the pixel filter");
+  const std::size_t models = (features & FEATURE_MODELS) != 0 ? data.material_count : 0;
+  data.models.v = uploader.put(std::span(data.models.v, models), "reflection models");
+  const std::size_t shapes = (features & FEATURE_LIGHT_SHAPES) != 0 ? data.light_count : 0;
+  data.light_shapes.v = uploader.put(std::span(data.light_shapes.v, shapes), "light shapes");
+  data.classic.v = nullptr;  // of the integrators that only the CPU has
+}
+
+}  // namespace cotorra::vulkan

@@ -1,0 +1,449 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The wavefront of kernels/*.comp: batches of samples, a few stages in each submission, so that none takes long. Sums
+// of samples come back to the film's tiles after each pass; no result depends on how many lanes there are.
+#include "vulkan_wavefront.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cstring>
+#include <optional>
+
+#include "scene.h"
+#include "vulkan_pipelines.h"
+#include "vulkan_scene.h"
+#include "wide_bvh.h"
+
+namespace cotorra {
+namespace {
+constexpr std::uint32_t KERNEL_FEATURES = ~0u;
+}
+}  // namespace cotorra
+
+#include "../kernels/wavefront.h"
+
+namespace cotorra::vulkan {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+using Buffers = std::vector<std::unique_ptr<Buffer>>;
+
+// A submission should take between these, in seconds: cancelling must be quick, and no watchdog may bark.
+constexpr double kShortest = 0.02;
+constexpr double kLongest = 0.06;
+constexpr std::uint32_t kFewestLanes = 1 << 10;
+constexpr std::uint32_t kFirstLanes = 1 << 12;
+constexpr std::uint32_t kMostLanes = 1 << 20;
+constexpr std::uint32_t kMostLanesOfCpu = 1 << 15;  // where the device is a processor, its caches like few lanes
+constexpr std::uint32_t kMostBounces = 16;           // of one submission
+constexpr std::uint64_t kPathMemory = 8;             // of a card's memory, at most this part for lanes
+constexpr std::size_t kFilmPixels = 1 << 21;
+constexpr std::size_t kFilmPixelsOfCpu = 1 << 16;
+
+double seconds_since(Clock::time_point begin) { return std::chrono::duration<double>(Clock::now() - begin).count(); }
+
+bool is_cpu(const Physical &p) { return p.properties.deviceType == VK_PHYSICAL_DEVICE_TYPE_CPU; }
+
+class WavefrontOnCard final : public Wavefront {
+ public:
+  WavefrontOnCard(const Scene &scene, const RenderJob &job, const DeviceChoice &choice,
+                  std::shared_ptr<Instance> instance, const Physical &physical, SharedFigures &figures)
+      : scene_(scene), job_(job), figures_(figures), device_(std::move(instance), physical) {
+    upload(choice.threads);
+    const auto begin = Clock::now();
+    pipelines_.emplace(device_, job.features, static_cast<std::uint32_t>(sizeof(WavePush)), choice.cache);
+    const double seconds = seconds_since(begin);
+    allocate_lanes();
+    describe_job();
+    const std::lock_guard lock(figures_.mutex);
+    figures_.figures.compile_seconds = seconds;
+  }
+
+  bool render(std::span<FilmTile> tiles, std::uint32_t first, std::uint32_t count, RayCounts &counts) override;
+
+ private:
+  // A range of pixels and of their samples.
+  struct Batch {
+    std::uint32_t first_pixel, pixel_count, first_sample, sample_count;
+    std::uint32_t lanes() const { return pixel_count * sample_count; }
+  };
+
+  void upload(int threads);
+  std::uint64_t lane_bytes() const;
+  void allocate_lanes();
+  void describe_job();
+  void place_pixels(std::span<FilmTile> tiles);
+  void reserve_film();
+  void clear_film();
+  bool run_batch(const Batch &batch, RayCounts &counts);
+  void begin_batch(VkCommandBuffer commands, const Batch &batch, const WavePush &push);
+  void record_bounce(VkCommandBuffer commands, WavePush push);
+  void read_film(std::span<FilmTile> tiles, std::uint32_t count);
+  void take_pixel(FilmTile &staged, std::size_t pixel, std::size_t i) const;
+  void adapt(double seconds);
+  void barrier(VkCommandBuffer commands) const;
+  void bind(VkCommandBuffer commands, Stage stage, const WavePush &push) const;
+  void dispatch(VkCommandBuffer commands, Stage stage, const WavePush &push, std::uint32_t items) const;
+  void dispatch_queue(VkCommandBuffer commands, Stage stage, const WavePush &push) const;
+
+  template <class T>
+  T *add(Buffers &buffers, std::uint64_t count, const char *purpose) {
+    buffers.push_back(std::make_unique<Buffer>(device_, count * sizeof(T), purpose));
+    return reinterpret_cast<T *>(buffers.back()->address());
+  }
+
+  bool has(std::uint32_t feature) const { return (job_.features & feature) != 0; }
+  bool all_lights() const { return wave_.scene.light_count <= job_.lights_at_once; }
+  // Shadow rays that a lane may send at its vertex number `bounce`.
+  std::uint32_t light_slots(std::uint32_t bounce) const {
+    const std::uint32_t picks = bounce == 0 ? job_.lights_at_once : 1;
+    const bool emitters = has(FEATURE_EMISSIVE_MESHES) && wave_.scene.emitter_count > 0;
+    return (all_lights() ? wave_.scene.light_count : picks) + (emitters ? 1 : 0);
+  }
+  // Vertices of the longest path, the one included that only brings light home.
+  std::uint32_t vertices() const { return has(FEATURE_BOUNCES | FEATURE_BSDF_RAYS) ? job_.limits.max_bounces + 2 : 1; }
+
+  const Scene &scene_;
+  const RenderJob &job_;
+  SharedFigures &figures_;
+  LogicalDevice device_;
+  std::optional<Pipelines> pipelines_;
+  Buffers scene_buffers_, lane_buffers_, film_buffers_;  // of the film: the first are the pixels
+  std::unique_ptr<Buffer> data_, counters_, counters_host_, film_host_;
+  WaveData wave_{};
+  std::uint32_t lanes_ = 0;  // there are
+  std::uint32_t lanes_at_once_ = kFirstLanes;
+  std::uint32_t bounces_at_once_ = 2;
+  std::size_t film_pixels_ = 0;    // that the film's buffers have room for
+  std::vector<WavePixel> pixels_;  // of the tiles that are being rendered
+  bool first_pass_ = true;
+  Clock::time_point begin_ = Clock::now();
+};
+
+// ---- Once
+
+void WavefrontOnCard::upload(int threads) {
+  auto begin = Clock::now();
+  std::vector<char> flattened;
+  for (std::size_t k = 0; k < scene_.mesh_count(); ++k) flattened.push_back(scene_.flattened(k) ? 1 : 0);
+  const WideBvh bvh = build_wide_bvh(scene_.meshes(), scene_.instances(), flattened, threads, *job_.cancel);
+  const double build_seconds = seconds_since(begin);
+  begin = Clock::now();
+  Uploader uploader(device_);
+  wave_.scene = *job_.scene;
+  upload_scene(scene_, job_.features, uploader, wave_.scene);
+  wave_.bvh.nodes.v = uploader.put(std::span(bvh.nodes), "BVH nodes");
+  wave_.bvh.triangles.v = uploader.put(std::span(bvh.triangles), "BVH triangles");
+  wave_.bvh.instances.v = uploader.put(std::span(bvh.instances), "BVH instances");
+  wave_.bvh.world_root = bvh.world_root;
+  wave_.bvh.top_root = bvh.top_root;
+  scene_buffers_ = uploader.finish();
+  const std::lock_guard lock(figures_.mutex);
+  figures_.figures.build_seconds = build_seconds;
+  figures_.figures.upload_seconds = seconds_since(begin);
+}
+
+std::uint64_t WavefrontOnCard::lane_bytes() const {
+  std::uint64_t bytes = sizeof(CameraRay) + sizeof(PathState) + sizeof(Hit) + sizeof(Surface) + sizeof(Bsdf) +
+                        sizeof(WaveSample) + 2 * sizeof(uint);
+  bytes += light_slots(0) * (sizeof(ShadowRay) + sizeof(uint));
+  if (has(FEATURE_DATA_PASSES)) bytes += sizeof(WaveRecord);
+  return bytes + job_.passes.light_groups * sizeof(vec3);
+}
+
+void WavefrontOnCard::allocate_lanes() {
+  const std::uint64_t fit = device_.memory_limit() / kPathMemory / lane_bytes();
+  const std::uint64_t most = is_cpu(device_.physical()) ? kMostLanesOfCpu : kMostLanes;
+  const std::uint64_t n = std::clamp<std::uint64_t>(fit, kFewestLanes, most);
+  const std::uint64_t shadows = n * light_slots(0);
+  constexpr const char *purpose = "paths";
+  Buffers &b = lane_buffers_;
+  wave_.rays_queue.v = add<uint>(b, n, purpose);
+  wave_.shading_queue.v = add<uint>(b, n, purpose);
+  wave_.shadows_queue.v = add<uint>(b, shadows, purpose);
+  wave_.rays.v = add<CameraRay>(b, n, purpose);
+  wave_.paths.v = add<PathState>(b, n, purpose);
+  wave_.hits.v = add<Hit>(b, n, purpose);
+  wave_.surfaces.v = add<Surface>(b, n, purpose);
+  wave_.bsdfs.v = add<Bsdf>(b, n, purpose);
+  wave_.shadow_rays.v = add<ShadowRay>(b, shadows, purpose);
+  wave_.samples.v = add<WaveSample>(b, n, purpose);
+  if (has(FEATURE_DATA_PASSES)) wave_.records.v = add<WaveRecord>(b, n, purpose);
+  if (job_.passes.light_groups > 0) wave_.groups.v = add<vec3>(b, n * job_.passes.light_groups, purpose);
+  counters_ = std::make_unique<Buffer>(device_, WAVE_COUNTERS * sizeof(uint), purpose);
+  counters_host_ = std::make_unique<Buffer>(device_, WAVE_COUNTERS * sizeof(uint), purpose, true);
+  data_ = std::make_unique<Buffer>(device_, sizeof(WaveData), purpose);
+  lanes_ = static_cast<std::uint32_t>(n);
+  lanes_at_once_ = std::min(lanes_at_once_, lanes_);
+}
+
+void WavefrontOnCard::describe_job() {
+  wave_.counters.v = reinterpret_cast<uint *>(counters_->address());
+  wave_.camera = job_.camera;
+  wave_.integrator = {job_.limits.max_bounces, job_.limits.diffuse_bounces, job_.limits.glossy_bounces,
+                      job_.limits.roulette_start};
+  wave_.lanes = lanes_;
+  wave_.sample_bits = job_.sample_bits;
+  wave_.light_groups = job_.passes.light_groups;
+  wave_.adaptive = job_.passes.error ? 1u : 0u;
+  if (job_.transparent) wave_.flags |= WAVE_TRANSPARENT;
+  if (job_.camera_meets_lights) wave_.flags |= WAVE_CAMERA_MEETS_LIGHTS;
+  if (job_.last_rays_find_light) wave_.flags |= WAVE_LAST_RAYS_FIND_LIGHT;
+  if (all_lights()) wave_.flags |= WAVE_ALL_LIGHTS;
+}
+
+// ---- Each pass over some tiles
+
+bool WavefrontOnCard::render(std::span<FilmTile> tiles, std::uint32_t first, std::uint32_t count, RayCounts &counts) {
+  place_pixels(tiles);
+  if (pixels_.empty()) return true;
+  reserve_film();
+  clear_film();
+  const auto pixels = static_cast<std::uint32_t>(pixels_.size());
+  for (std::uint32_t done = 0; done < count;) {
+    const std::uint32_t samples = std::clamp(lanes_at_once_ / pixels, 1u, count - done);
+    for (std::uint32_t p = 0; p < pixels;) {
+      const std::uint32_t some = std::min(std::max(lanes_at_once_ / samples, 1u), pixels - p);
+      if (!run_batch({p, some, first + done, samples}, counts)) return false;
+      p += some;
+    }
+    done += samples;
+  }
+  read_film(tiles, count);
+  const std::lock_guard lock(figures_.mutex);
+  if (std::exchange(first_pass_, false)) figures_.figures.first_seconds = seconds_since(begin_);
+  figures_.figures.bytes = device_.memory_used();
+  return true;
+}
+
+void WavefrontOnCard::place_pixels(std::span<FilmTile> tiles) {
+  pixels_.clear();
+  for (FilmTile &tile : tiles) {
+    const auto x0 = static_cast<uint>(job_.region_x + tile.x0);
+    const auto y0 = static_cast<uint>(job_.region_y + tile.y0);
+    const auto width = static_cast<uint>(tile.width);
+    const uint seed = sampler_block_seed(x0, y0, job_.sample_bits, job_.seed);
+    for (const std::uint16_t i : tile.to_sample()) pixels_.push_back({x0 + i % width, y0 + i / width, seed, 0u});
+  }
+}
+
+// Makes room for the film of the pixels that were placed.
+void WavefrontOnCard::reserve_film() {
+  if (pixels_.size() <= film_pixels_) return;
+  const std::uint64_t n = std::max<std::uint64_t>(pixels_.size(), WAVE_GROUP_SIZE);
+  film_buffers_.clear();
+  film_host_.reset();
+  constexpr const char *purpose = "the film";
+  const std::uint64_t groups = n * job_.passes.light_groups;
+  std::uint64_t bytes = n * std::max(sizeof(FilmPixel), sizeof(WavePixel));
+  wave_.pixels.v = add<WavePixel>(film_buffers_, n, purpose);
+  wave_.film.v = add<FilmPixel>(film_buffers_, n, purpose);
+  if (job_.passes.error) {
+    wave_.film_odd.v = add<vec3>(film_buffers_, n, purpose);
+    bytes += n * sizeof(vec3);
+  }
+  if (has(FEATURE_DATA_PASSES)) {
+    wave_.film_records.v = add<WaveRecord>(film_buffers_, n, purpose);
+    bytes += n * sizeof(WaveRecord);
+  }
+  if (groups > 0) {
+    wave_.film_groups.v = add<vec3>(film_buffers_, groups, purpose);
+    bytes += groups * sizeof(vec3);
+  }
+  film_host_ = std::make_unique<Buffer>(device_, bytes, purpose, true);
+  film_pixels_ = n;
+}
+
+void WavefrontOnCard::clear_film() {
+  // The list of pixels goes through the buffer in which the film will come back.
+  const VkBufferCopy region{0, 0, pixels_.size() * sizeof(WavePixel)};
+  std::memcpy(film_host_->data(), pixels_.data(), region.size);
+  device_.run([&](VkCommandBuffer commands) {
+    device_.vkCmdCopyBuffer(commands, film_host_->handle(), film_buffers_[0]->handle(), 1, &region);
+    for (std::size_t i = 1; i < film_buffers_.size(); ++i) {
+      device_.vkCmdFillBuffer(commands, film_buffers_[i]->handle(), 0, VK_WHOLE_SIZE, 0);
+    }
+    device_.vkCmdUpdateBuffer(commands, data_->handle(), 0, sizeof wave_, &wave_);
+  });
+}
+
+// All stages of a batch. Returns false if cancelled.
+bool WavefrontOnCard::run_batch(const Batch &batch, RayCounts &counts) {
+  WavePush push{};
+  push.data.v = reinterpret_cast<const WaveData *>(data_->address());
+  push.first_pixel = batch.first_pixel;
+  push.pixel_count = batch.pixel_count;
+  push.first_sample = batch.first_sample;
+  push.sample_count = batch.sample_count;
+  const auto finish = [&](VkCommandBuffer commands, bool film) {
+    if (film) dispatch(commands, Stage::kFilm, push, batch.pixel_count);
+    const VkBufferCopy region{0, 0, WAVE_COUNTERS * sizeof(uint)};
+    device_.vkCmdCopyBuffer(commands, counters_->handle(), counters_host_->handle(), 1, &region);
+  };
+  const std::uint32_t all = vertices();
+  for (std::uint32_t bounce = 0; bounce < all;) {
+    if (job_.cancel->load(std::memory_order_relaxed)) return false;
+    const auto begin = Clock::now();
+    const std::uint32_t end = std::min(bounce + bounces_at_once_, all);
+    device_.run([&](VkCommandBuffer commands) {
+      barrier(commands);
+      if (bounce == 0) begin_batch(commands, batch, push);
+      for (; bounce < end; ++bounce) {
+        push.bounce = bounce;
+        push.light_slots = light_slots(bounce);
+        record_bounce(commands, push);
+      }
+      finish(commands, end == all);
+    });
+    adapt(seconds_since(begin));
+    const bool dead = reinterpret_cast<const uint *>(counters_host_->data())[WAVE_COUNTS + WAVE_RAYS] == 0;
+    if (!dead || end == all) continue;
+    device_.run([&](VkCommandBuffer commands) {
+      barrier(commands);
+      finish(commands, true);
+    });
+    break;
+  }
+  const uint *counted = reinterpret_cast<const uint *>(counters_host_->data());
+  counts.samples += batch.lanes();
+  counts.camera += batch.lanes();
+  counts.bounce += counted[WAVE_BOUNCE_RAYS];
+  counts.shadow += counted[WAVE_SHADOW_RAYS];
+  counts.rejected += counted[WAVE_REJECTED];
+  return true;
+}
+
+void WavefrontOnCard::begin_batch(VkCommandBuffer commands, const Batch &batch, const WavePush &push) {
+  device_.vkCmdFillBuffer(commands, counters_->handle(), 0, VK_WHOLE_SIZE, 0);
+  barrier(commands);
+  const std::uint64_t rays = (WAVE_COUNTS + WAVE_RAYS) * sizeof(uint);
+  device_.vkCmdFillBuffer(commands, counters_->handle(), rays, sizeof(uint), batch.lanes());
+  barrier(commands);
+  dispatch(commands, Stage::kBegin, push, batch.lanes());
+}
+
+void WavefrontOnCard::record_bounce(VkCommandBuffer commands, WavePush push) {
+  const auto prepare = [&](uint queue) {
+    push.queue = queue;
+    dispatch(commands, Stage::kPrepare, push, 1);
+  };
+  prepare(WAVE_RAYS);
+  dispatch_queue(commands, Stage::kTrace, push);
+  dispatch_queue(commands, Stage::kShade, push);
+  prepare(WAVE_SHADING);
+  if (push.light_slots > 0) {
+    dispatch_queue(commands, Stage::kLight, push);
+    prepare(WAVE_SHADOWS);
+    dispatch_queue(commands, Stage::kShadow, push);
+  } else {
+    prepare(WAVE_SHADOWS);  // it empties the queue of rays
+  }
+  push.queue = WAVE_SHADING;
+  dispatch_queue(commands, Stage::kBounce, push);
+}
+
+// Longer submissions where they are short, shorter ones where they are long: by bounces first, then by lanes.
+void WavefrontOnCard::adapt(double seconds) {
+  if (seconds > kLongest) {
+    // In proportion: what takes ten times too long should not do so four more times.
+    const double share = kLongest / seconds;
+    if (bounces_at_once_ > 1) {
+      bounces_at_once_ = std::max(static_cast<std::uint32_t>(bounces_at_once_ * share), 1u);
+    } else {
+      lanes_at_once_ = std::max(static_cast<std::uint32_t>(lanes_at_once_ * share), std::min(kFewestLanes, lanes_));
+    }
+  } else if (seconds < kShortest) {
+    if (lanes_at_once_ < lanes_) {
+      lanes_at_once_ = std::min(lanes_at_once_ * 2, lanes_);
+    } else {
+      bounces_at_once_ = std::min(bounces_at_once_ * 2, kMostBounces);
+    }
+  }
+}
+
+// Adds the card's sums to the tiles.
+void WavefrontOnCard::read_film(std::span<FilmTile> tiles, std::uint32_t count) {
+  device_.run([&](VkCommandBuffer commands) {
+    barrier(commands);
+    std::uint64_t offset = 0;
+    for (std::size_t i = 1; i < film_buffers_.size(); ++i) {
+      const VkBufferCopy region{0, offset, film_buffers_[i]->size()};
+      device_.vkCmdCopyBuffer(commands, film_buffers_[i]->handle(), film_host_->handle(), 1, &region);
+      offset += region.size;
+    }
+  });
+  FilmTile staged;
+  std::size_t pixel = 0;
+  for (FilmTile &tile : tiles) {
+    if (tile.to_sample().empty()) continue;
+    staged.clear_as(tile);
+    for (const std::uint16_t i : tile.to_sample()) take_pixel(staged, pixel++, i);
+    tile.add(staged, count);
+  }
+}
+
+// Pixel number `pixel` of those that were placed becomes pixel i of its tile.
+void WavefrontOnCard::take_pixel(FilmTile &staged, std::size_t pixel, std::size_t i) const {
+  const std::byte *at = film_host_->data();
+  const auto next = [&]<class T>(std::size_t each, T *) {
+    const T *array = reinterpret_cast<const T *>(at) + pixel * each;
+    at += film_pixels_ * each * sizeof(T);
+    return array;
+  };
+  staged.pixels[i] = *next(1, static_cast<FilmPixel *>(nullptr));
+  if (job_.passes.error) staged.odd[i] = *next(1, static_cast<vec3 *>(nullptr));
+  if (has(FEATURE_DATA_PASSES)) {
+    const WaveRecord &r = *next(1, static_cast<WaveRecord *>(nullptr));
+    if (!staged.nearest.empty() && r.hit > 0.0f) {
+      staged.nearest[i] = {r.distance2, r.depth, r.position, r.object_index, r.material_index};
+    }
+    if (!staged.surface.empty()) staged.surface[i] = {r.normal, r.uv, r.uv_coverage, r.diffuse_color};
+    if (!staged.emission.empty()) staged.emission[i] = r.emission;
+    if (!staged.environment.empty()) staged.environment[i] = r.environment;
+    if (!staged.shadow.empty()) staged.shadow[i] = {r.lit, r.unshadowed};
+  }
+  const std::size_t groups = job_.passes.light_groups;
+  if (groups > 0) std::copy_n(next(groups, static_cast<vec3 *>(nullptr)), groups, staged.groups.begin() + i * groups);
+}
+
+// ---- Commands
+
+// What was written before may be read after, by whatever stage.
+void WavefrontOnCard::barrier(VkCommandBuffer commands) const {
+  VkMemoryBarrier memory{};
+  memory.sType = VK_STRUCTURE_TYPE_MEMORY_BARRIER;
+  memory.srcAccessMask = VK_ACCESS_MEMORY_WRITE_BIT;
+  memory.dstAccessMask = VK_ACCESS_MEMORY_READ_BIT | VK_ACCESS_MEMORY_WRITE_BIT;
+  constexpr VkPipelineStageFlags stages =
+      VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT | VK_PIPELINE_STAGE_TRANSFER_BIT | VK_PIPELINE_STAGE_DRAW_INDIRECT_BIT;
+  device_.vkCmdPipelineBarrier(commands, stages, stages, 0, 1, &memory, 0, nullptr, 0, nullptr);
+}
+
+void WavefrontOnCard::bind(VkCommandBuffer commands, Stage stage, const WavePush &push) const {
+  device_.vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, (*pipelines_)[stage]);
+  device_.vkCmdPushConstants(commands, pipelines_->layout(), VK_SHADER_STAGE_COMPUTE_BIT, 0, sizeof push, &push);
+}
+
+void WavefrontOnCard::dispatch(VkCommandBuffer commands, Stage stage, const WavePush &push, std::uint32_t items) const {
+  bind(commands, stage, push);
+  device_.vkCmdDispatch(commands, (items + WAVE_GROUP_SIZE - 1) / WAVE_GROUP_SIZE, 1, 1);
+  barrier(commands);
+}
+
+// Over the lanes of push.queue, which wave_prepare.comp has counted.
+void WavefrontOnCard::dispatch_queue(VkCommandBuffer commands, Stage stage, const WavePush &push) const {
+  bind(commands, stage, push);
+  device_.vkCmdDispatchIndirect(commands, counters_->handle(), 3 * push.queue * sizeof(uint));
+  barrier(commands);
+}
+
+}  // namespace
+
+std::size_t film_pixels_at_once(const Physical &physical) { return is_cpu(physical) ? kFilmPixelsOfCpu : kFilmPixels; }
+
+std::unique_ptr<Wavefront> make_wavefront(const Scene &scene, const RenderJob &job, const DeviceChoice &choice,
+                                          std::shared_ptr<Instance> instance, const Physical &physical,
+                                          SharedFigures &figures) {
+  return std::make_unique<WavefrontOnCard>(scene, job, choice, std::move(instance), physical, figures);
+}
+
+}  // namespace cotorra::vulkan

@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// All that is on a graphics card while one session renders, and how the stages of kernels/*.comp are driven over it.
+// Which card, and whether it can, is device_vulkan.cpp's.
+#pragma once
+
+#include <memory>
+#include <mutex>
+#include <span>
+
+#include "device.h"
+#include "vulkan_api.h"
+
+namespace cotorra::vulkan {
+
+// Written by the thread that renders, read by others.
+struct SharedFigures {
+  std::mutex mutex;
+  DeviceFigures figures;
+};
+
+class Wavefront : public Workspace {
+ public:
+  // As Device::render.
+  virtual bool render(std::span<FilmTile> tiles, std::uint32_t first, std::uint32_t count, RayCounts &counts) = 0;
+};
+
+// Pixels whose sums are on the card at once.
+std::size_t film_pixels_at_once(const Physical &physical);
+
+// Copies the scene to the card and compiles the kernels. `job` must outlive the result. Throws DeviceError.
+std::unique_ptr<Wavefront> make_wavefront(const Scene &scene, const RenderJob &job, const DeviceChoice &choice,
+                                          std::shared_ptr<Instance> instance, const Physical &physical,
+                                          SharedFigures &figures);
+
+}  // namespace cotorra::vulkan

@@ -1,0 +1,244 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The Vulkan device renders what the CPU device renders, on lavapipe (Vulkan on the CPU), under the validation layer.
+
+Both draw the same random numbers. They round differently, so that a ray may pass an edge on the other side, or meet the
+other one of two surfaces in one plane: such samples are counted, and left out of the comparison of the others.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import os
+import time
+from collections.abc import Iterator
+from types import ModuleType
+from typing import Any
+
+import bpy
+import numpy as np
+import pytest
+from cotorra import demos, export, native
+from cotorra.export.buffers import PASSES, Camera, RenderSettings, SceneBuffers
+from cotorra.log import Log
+
+import vulkan
+from scenes import build
+
+pytestmark = pytest.mark.usefixtures('engine')
+
+SIZE = (48, 32)
+FLIPPED = 1e-3  # of the mean: a larger difference is another surface or shadow, not rounding
+ROUNDING = 1e-4  # of the mean, root mean square: what rounding alone may do
+DATA = tuple(name for name in PASSES if name not in ('combined', 'sample_count', 'ao'))
+
+
+@pytest.fixture(scope='module')
+def module() -> Iterator[ModuleType]:
+    """The native module, whose Vulkan is lavapipe under validation."""
+    driver = vulkan.lavapipe_driver()
+    if driver is None:
+        pytest.skip('lavapipe is not installed (on Debian: apt-get install mesa-vulkan-drivers)')
+    loaded = native.load()
+    with vulkan.only(driver), pytest.MonkeyPatch.context() as patch:
+        patch.setenv('COTORRA_VULKAN_VALIDATE', '1')
+        try:
+            loaded.devices()
+        except loaded.DeviceError as error:
+            if 'layer' not in str(error):
+                pytest.skip(str(error))
+            patch.delenv('COTORRA_VULKAN_VALIDATE')
+        yield loaded
+
+
+@dataclasses.dataclass
+class Job:
+    """A scene in the native module, and what to render of it."""
+
+    module: ModuleType
+    buffers: SceneBuffers
+    camera: Camera
+    settings: RenderSettings
+
+    def __post_init__(self) -> None:
+        self.scene = self.module.Scene(self.buffers, 0, native.embree_library())
+
+    def session(self, device: str, **changes: Any) -> Any:
+        settings = dataclasses.replace(self.settings, device=device, **changes)
+        return self.module.Session(self.scene, self.camera, settings)
+
+    def render(self, device: str, **changes: Any) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
+        """Passes by name, and the session's figures."""
+        session = self.session(device, **changes)
+        session.start()
+        while not session.wait(1.0):
+            pass
+        stats = session.stats()
+        assert stats['device_messages'] == [], 'the validation layer has something to say'
+        return {name: self.read(session, name) for name in self.settings.passes}, stats
+
+    def read(self, session: Any, name: str) -> np.ndarray:
+        width, height = self.camera.region[2:]
+        pixels = np.full((height, width, PASSES.get(name, 3)), np.nan, np.float32)
+        session.read(name, pixels)
+        return pixels
+
+
+def job_of(module: ModuleType, scene: bpy.types.Scene, size: tuple[int, int] = SIZE, **settings: Any) -> Job:
+    scene.render.resolution_x, scene.render.resolution_y = size
+    scene.render.resolution_percentage = 100
+    depsgraph = bpy.context.evaluated_depsgraph_get()
+    log = Log()
+    camera = export.export_camera(scene, scene.camera, log)
+    buffers = export.export_scene(depsgraph, scene, bpy.context.view_layer, log)
+    groups = tuple(f'lightgroup:{i}' for i in range(len(buffers.light_groups)))
+    settings = {'samples': 4, 'passes': ('combined', *groups)} | settings
+    return Job(module, buffers, camera, RenderSettings(**settings))
+
+
+def compare(cpu: np.ndarray, gpu: np.ndarray, flips: float, what: str) -> None:
+    """All but the share `flips` of the pixels differ by rounding alone, and the mean is the same."""
+    assert np.isfinite(gpu).all(), what
+    scale = max(float(np.abs(cpu[np.abs(cpu) < 1e9]).mean()), 1e-6)
+    apart = np.abs(cpu.astype(np.float64) - gpu).max(axis=-1) / scale
+    flipped = apart > FLIPPED
+    rounding = float(np.sqrt((apart[~flipped] ** 2).mean()))
+    told = f'{what}: {flipped.mean():.4f} of the pixels flipped, rounding {rounding:.2g}'
+    assert flipped.mean() <= flips and rounding < ROUNDING, told
+
+
+# Demo, integrator, share of pixels that may hold a flipped sample (box_room has a cube in the plane of its floor, and
+# each bounce makes rounding grow), how far the mean may be off.
+DEMOS = [
+    ('three_lights', 'DIRECT', 0.005, 0.0005),
+    ('box_room', 'PATH', 0.10, 0.002),
+    ('material_grid', 'PATH', 0.02, 0.0005),
+]
+
+
+@pytest.mark.parametrize('demo, integrator, flips, mean', DEMOS)
+def test_demo_is_the_image_of_the_cpu(
+    module: ModuleType, demo: str, integrator: str, flips: float, mean: float
+) -> None:
+    job = job_of(module, demos.build(demo), integrator=integrator)
+    cpu, cpu_stats = job.render('CPU')
+    gpu, stats = job.render('VULKAN')
+    compare(cpu['combined'], gpu['combined'], flips, demo)
+    assert abs(gpu['combined'].mean() / cpu['combined'].mean() - 1.0) < mean
+    assert stats['samples'] == cpu_stats['samples'] and stats['rejected_samples'] == 0
+    for kind, count in cpu_stats['rays'].items():
+        assert stats['rays'][kind] == pytest.approx(count, rel=0.005), kind
+    again, _ = job.render('VULKAN')
+    assert np.array_equal(gpu['combined'], again['combined']), 'the same bits each time, whatever the queues hold'
+
+
+def rich_scene(lamps: int) -> bpy.types.Scene:
+    """What the demos lack: light groups, an emitter, instances, a mirror, UV maps, lamps without and with a size."""
+    scene = build.new_scene()
+    camera = build.camera(scene)
+    camera.location, camera.rotation_euler = (0.0, -5.0, 3.0), (1.05, 0.0, 0.0)
+    for name in ('Lamps', 'Emitter'):
+        bpy.context.view_layer.lightgroups.add(name=name)
+    build.world(scene, (0.2, 0.3, 0.5), 0.5)
+    floor = build.link(scene, 'Floor', build.grid(8))
+    floor.scale = (6.0, 6.0, 1.0)
+    floor.location = (-3.0, -3.0, 0.0)
+    floor.data.materials.append(build.material('Matte', Base_Color=(0.6, 0.5, 0.4, 1.0), Roughness=0.6))
+    mirror = build.mesh_object(scene, 'Mirror')
+    mirror.location, mirror.rotation_euler = (0.3, 1.2, 0.9), (1.2, 0.2, 0.0)
+    mirror.data.materials.append(build.material('Mirror', Metallic=1.0, Roughness=0.0))
+    glow = build.mesh_object(scene, 'Glow')
+    glow.location, glow.rotation_euler, glow.scale = (-1.6, 0.0, 1.2), (0.3, 1.9, 0.0), (0.4, 0.3, 1.0)
+    glow.data.materials.append(build.material('Glow', Emission_Color=(1.0, 0.6, 0.2, 1.0), Emission_Strength=8.0))
+    glow.lightgroup = 'Emitter'
+    shown = build.mesh_object(scene, 'Tile')
+    shown.scale = (0.15, 0.15, 0.15)
+    shown.data.materials.append(build.material('Plastic', Base_Color=(0.1, 0.5, 0.2, 1.0), Roughness=0.2))
+    points = np.stack(np.meshgrid(np.linspace(-1, 1, 5), np.linspace(-1, 1, 4), [0.25]), axis=-1).reshape(-1, 3)
+    parent = build.vertex_instances(scene, shown, points)
+    parent.rotation_euler = (0.1, 0.2, 0.5)
+    for index in range(lamps):
+        lamp = build.light(scene, ('POINT', 'SPOT', 'SUN')[index % 3], energy=2.0 if index % 3 == 2 else 40.0)
+        lamp.location = (3.0 * np.cos(index), 3.0 * np.sin(index), 2.5)
+        lamp.rotation_euler = (0.3, 0.2 * index, 0.0)
+        if index % 2:
+            setattr(lamp.data, 'angle' if index % 3 == 2 else 'shadow_soft_size', 0.2)
+        lamp.lightgroup = 'Lamps'
+    return scene
+
+
+@pytest.mark.parametrize('lamps', [3, 11])
+def test_a_scene_with_everything(module: ModuleType, lamps: int) -> None:
+    """Up to eight lamps are all sampled at each vertex, of more some are picked."""
+    job = job_of(module, rich_scene(lamps), integrator='PATH', samples=8, transparent_film=lamps > 8)
+    assert len(job.settings.passes) == 3
+    cpu, _ = job.render('CPU')
+    gpu, stats = job.render('VULKAN')
+    assert {'emissive meshes', 'light groups', 'world', 'bounces'} <= set(stats['features'])
+    for name in job.settings.passes:
+        compare(cpu[name], gpu[name], 0.03, name)
+        assert gpu[name].mean() == pytest.approx(cpu[name].mean(), rel=0.001)
+
+
+def test_a_smaller_batch_is_the_same_picture(module: ModuleType, monkeypatch: pytest.MonkeyPatch) -> None:
+    """No result depends on how many lanes there are, nor on where a pass is cut."""
+    job = job_of(module, demos.build('material_grid'), integrator='DIRECT')
+    whole, _ = job.render('VULKAN')
+    monkeypatch.setenv('COTORRA_VULKAN_MEMORY', str(96 << 20))
+    small, _ = job.render('VULKAN')
+    assert np.array_equal(whole['combined'], small['combined'])
+
+
+def test_passes_are_those_of_the_cpu(module: ModuleType) -> None:
+    job = job_of(module, demos.build('material_grid'), integrator='DIRECT', passes=('combined', *DATA))
+    cpu, _ = job.render('CPU')
+    gpu, _ = job.render('VULKAN')
+    for name in DATA:
+        compare(cpu[name], gpu[name], 0.01, name)
+
+
+def test_adaptive_sampling_stops_at_the_same_pixels(module: ModuleType) -> None:
+    settings = {'samples': 64, 'adaptive': True, 'noise_threshold': 0.05, 'passes': ('combined', 'sample_count')}
+    job = job_of(module, demos.build('material_grid'), integrator='DIRECT', **settings)
+    cpu, _ = job.render('CPU')
+    gpu, _ = job.render('VULKAN')
+    counts = cpu['sample_count']
+    assert counts.min() < counts.max(), 'nothing was adaptive'
+    assert (counts == gpu['sample_count']).mean() > 0.98
+
+
+def test_out_of_memory_says_how_much(module: ModuleType, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv('COTORRA_VULKAN_MEMORY', str(1 << 20))
+    session = job_of(module, demos.build('box_room')).session('VULKAN')
+    session.start()
+    with pytest.raises(module.DeviceError, match=r'out of device memory: \d+ MiB for .* has 1 MiB'):
+        while not session.wait(1.0):
+            pass
+
+
+def test_cancel_is_quick(module: ModuleType) -> None:
+    job = job_of(module, demos.build('box_room'), size=(320, 180), integrator='PATH', samples=4096)
+    session = job.session('VULKAN')
+    session.start()
+    while session.samples_done() < 1:
+        assert not session.wait(0.01)
+    began = time.process_time()
+    session.cancel()
+    assert session.wait(10.0)
+    # 0.2 s is asked for, and lavapipe works on all processors; this clock does not count what other programs take.
+    assert time.process_time() - began < 0.2 * (os.cpu_count() or 1)
+    assert 1 <= session.samples_done() < 4096
+    assert np.isfinite(job.read(session, 'combined')).all()
+
+
+def test_devices_are_listed(module: ModuleType) -> None:
+    (device,) = module.devices()
+    assert 'llvmpipe' in device['name'] and device['type'] == 'cpu' and device['problem'] == ''
+    assert device['memory_bytes'] > 1 << 20 and isinstance(device['ray_query'], bool)
+
+
+def test_an_unknown_device_is_named(module: ModuleType) -> None:
+    job = job_of(module, demos.build('box_room'))
+    with pytest.raises(module.DeviceError, match='Vulkan device 7 of 1 cannot be used'):
+        job.session('VULKAN', device_index=7)
+    with pytest.raises(ValueError, match='CPU or VULKAN'):
+        job.session('ABACUS')
