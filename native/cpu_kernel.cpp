@@ -15,6 +15,7 @@ constexpr std::uint32_t KERNEL_FEATURES = COTORRA_KERNEL_FEATURES;
 
 #include "../kernels/integrator.h"
 #include "cpu_batch.h"
+#include "cpu_camera.h"
 #include "cpu_occlusion.h"
 #include "cpu_staged.h"
 #include "cpu_toon.h"
@@ -23,37 +24,6 @@ constexpr std::uint32_t KERNEL_FEATURES = COTORRA_KERNEL_FEATURES;
 
 namespace cotorra {
 namespace {
-
-// Camera rays through u2, v2 plus the filter offsets that u, v choose and then hold. Whole packets: the last one may
-// carry rays that nobody traces.
-COTORRA_FLATTEN void camera_packets(const CameraData &camera_in, FloatBuffer filter_table, int n, Batch &b) {
-  const CameraData camera = camera_in;
-  for (std::size_t first = 0; first < static_cast<std::size_t>(n); first += kWidth) {
-    embree::RayHit<kWidth> &p = b.packets[first / kWidth];
-    for (std::size_t k = 0; k < kWidth; ++k) {
-      const std::size_t i = first + k;
-      const float x = filter_sample(filter_table, b.u[i]) * camera.filter_radius;
-      const float y = filter_sample(filter_table, b.v[i]) * camera.filter_radius;
-      CameraRay ray;
-      camera_ray(camera, b.u2[i] + x, b.v2[i] + y, ray);
-      b.u[i] = x;
-      b.v[i] = y;
-      p.ray.org_x[k] = ray.origin.x;
-      p.ray.org_y[k] = ray.origin.y;
-      p.ray.org_z[k] = ray.origin.z;
-      p.ray.dir_x[k] = ray.direction.x;
-      p.ray.dir_y[k] = ray.direction.y;
-      p.ray.dir_z[k] = ray.direction.z;
-      p.ray.tnear[k] = ray.t_min;
-      p.ray.tfar[k] = ray.t_max;
-      p.ray.time[k] = 0.0f;
-      p.ray.mask[k] = VISIBLE_CAMERA;
-      p.hit.geom_id[k] = embree::kInvalidId;
-      p.hit.inst_id[k] = embree::kInvalidId;
-      p.hit.inst_prim_id[k] = 0;
-    }
-  }
-}
 
 class Renderer {
  public:
