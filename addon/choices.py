@@ -44,7 +44,12 @@ MODELS = (
 DISTRIBUTIONS = (
     ('GGX', 'GGX', 'Highlights with a wide glow around them (Trowbridge and Reitz 1975, Walter et al. 2007)'),
     ('BECKMANN', 'Beckmann', 'Highlights without a glow, from Gaussian slopes (Beckmann and Spizzichino 1963)'),
-    ('BLINN_PHONG', 'Blinn-Phong', "Phong's cosine power as a distribution of microfacets (Blinn 1977)"),
+    (
+        'BLINN_PHONG',
+        'Blinn-Phong',
+        "Phong's cosine power as a distribution of microfacets (Blinn 1977). "
+        'With G by Smith, rough surfaces reflect more light than arrives at grazing angles',
+    ),
 )
 MASKINGS = (
     ('SMITH_CORRELATED', 'Smith, Correlated', 'Smith, where high facets are both seen and lit more (Heitz 2014)'),
@@ -68,11 +73,20 @@ F0_MODES = (
     ('IOR', 'IOR', "((n - 1) / (n + 1))², by the node's index of refraction n"),
 )
 SPLITS = (
-    ('ENERGY', 'Energy', 'Diffuse gets what Fresnel leaves: (1 - F) (1 - metallic)'),
+    (
+        'ENERGY',
+        'Energy',
+        'Diffuse gets what Fresnel leaves: (1 - F) (1 - metallic). '
+        'Bright surfaces reflect more light than arrives at grazing angles, as each half vector has its own F',
+    ),
     ('MIX', 'Mix', 'Diffuse and specular are mixed by Metallic'),
 )
 OREN_NAYAR_FORMS = (
-    ('QUALITATIVE', 'Qualitative', 'The short form of the paper, which loses energy (Oren and Nayar 1994)'),
+    (
+        'QUALITATIVE',
+        'Qualitative',
+        'The short form of the paper, which loses energy, and makes 1 % where sigma is small (Oren and Nayar 1994)',
+    ),
     ('ENERGY_PRESERVING', 'Energy Preserving', 'EON, which keeps the energy (Portsmouth et al. 2024)'),
 )
 FALLOFFS = (

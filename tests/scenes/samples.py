@@ -12,6 +12,7 @@ from typing import Any
 import bmesh
 import bpy
 import numpy as np
+from cotorra import compat
 from mathutils import Vector
 
 from . import build
@@ -43,12 +44,17 @@ def field(materials: Sequence[bpy.types.Material], columns: int, size: tuple[int
     camera.rotation_euler = (-Vector(camera.location)).to_track_quat('-Z', 'Y').to_euler()
     scene.render.engine = 'COTORRA'
     scene.render.resolution_x, scene.render.resolution_y = size
-    scene.cycles.filter_width = FILTER_WIDTH
     scene.cotorra.samples = 1
     scene.cotorra.integrator = 'DIRECT'
-    for name in ('position', 'normal', 'material_index', 'object_index'):
-        setattr(scene.view_layers[0], f'use_pass_{name}', True)
+    observe(scene)
     return scene
+
+
+def observe(scene: bpy.types.Scene) -> None:
+    """Rays through the pixels' centres, and the passes that `first_hits` reads."""
+    scene.cycles.filter_width = FILTER_WIDTH
+    for name in ('position', 'normal', 'material_index'):
+        setattr(scene.view_layers[0], f'use_pass_{name}', True)
 
 
 def smooth_sphere() -> bpy.types.Mesh:
@@ -68,16 +74,21 @@ def hard_light(scene: bpy.types.Scene, kind: str, location: Sequence[float], **s
     light = lamp.data
     light.color = (1.0, 0.8, 0.6)
     light.energy = 3.0 if kind == 'SUN' else 2000.0
-    light.use_shadow = False
-    if kind == 'SUN':
-        light.angle = 0.0
-    else:
-        light.shadow_soft_size = 0.0
+    harden(light)
     for name, value in settings.items():
         setattr(light.cotorra, name, value)
     lamp.location = location
     lamp.rotation_euler = (-Vector(location)).to_track_quat('-Z', 'Y').to_euler()
     return lamp
+
+
+def harden(light: bpy.types.Light) -> None:
+    """Neither size nor shadows."""
+    light.use_shadow = False
+    if light.type == 'SUN':
+        light.angle = 0.0
+    else:
+        light.shadow_soft_size = 0.0
 
 
 def first_hits(passes: dict[str, dict[str, np.ndarray]], layer: str = 'ViewLayer') -> dict[str, np.ndarray]:
@@ -86,8 +97,7 @@ def first_hits(passes: dict[str, dict[str, np.ndarray]], layer: str = 'ViewLayer
     def vectors(name: str, channels: str) -> np.ndarray:
         return np.stack([passes[f'{layer}.{name}'][channel] for channel in channels], axis=-1).astype(np.float64)
 
-    names = {'Material Index': 'IndexMA'} if bpy.app.version < (5, 0, 0) else {}
-    index = passes[f'{layer}.{names.get("Material Index", "Material Index")}']['X']
+    index = passes[f'{layer}.{compat.pass_name("Material Index")}']['X']
     return {
         'position': vectors('Position', 'XYZ'),
         'normal': vectors('Normal', 'XYZ'),
