@@ -16,7 +16,7 @@ from typing import Any
 
 import bpy
 
-from . import export, native, passes, settings, stats, watch
+from . import export, lamps, native, passes, settings, stats, watch
 from .export.buffers import Camera, RenderSettings, SceneBuffers
 from .log import Cancelled, Log
 from .reporter import Reporter, position_in_frame
@@ -147,7 +147,7 @@ class RenderJob:
         if camera.region[2:] != size:
             raise ValueError(f'the camera renders {camera.region}, but Blender wants {size}')
         buffers = export.export_scene(self.depsgraph, self.scene, self.layer, self.log)
-        sources = passes.native_sources(self.result, buffers.light_groups)
+        sources = passes.native_sources(self.result, buffers.light_groups, lamps.pass_numbers(self.layer))
         render_settings = settings.render_settings(self.scene, self.layer, tuple(dict.fromkeys(sources.values())))
         self.stats.describe(size, self.scene.cotorra.device, render_settings)
         self.stats.sync_seconds = time.perf_counter() - began

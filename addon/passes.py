@@ -13,7 +13,7 @@ from typing import Any
 import bpy
 import numpy as np
 
-from . import compat
+from . import compat, lamps
 from .export.buffers import PASSES as NATIVE_CHANNELS
 
 LIGHT_GROUP_PREFIX = 'Combined_'
@@ -45,6 +45,13 @@ PASSES = (
     RenderPass('Ambient Occlusion', 'ao', 'RGB', 'COLOR', 'use_pass_ambient_occlusion'),
 )
 
+# As PASSES, but their switches are our own: in `view_layer.cotorra`.
+OWN_PASSES = (
+    RenderPass('Cotorra D', 'term_d', 'X', 'VALUE', 'use_pass_distribution'),
+    RenderPass('Cotorra G', 'term_g', 'X', 'VALUE', 'use_pass_masking'),
+    RenderPass('Cotorra F', 'term_f', 'RGB', 'COLOR', 'use_pass_fresnel'),
+)
+
 # Native passes that hold light, beside the light groups.
 LIGHT_PASSES = frozenset({'combined', 'emission', 'environment'})
 
@@ -74,8 +81,13 @@ def requested(view_layer: bpy.types.ViewLayer) -> Iterator[tuple[str, str, str]]
             yield compat.pass_name(entry.name), entry.channels, entry.kind
     if wants_sample_count(view_layer):
         yield SAMPLE_COUNT, 'X', 'VALUE'
+    for entry in OWN_PASSES:
+        if getattr(view_layer.cotorra, entry.flag):
+            yield entry.name, entry.channels, entry.kind
     for group in view_layer.lightgroups:
         yield LIGHT_GROUP_PREFIX + group.name, 'RGB', 'COLOR'
+    for name in dict.fromkeys(lamps.pass_names(view_layer).values()):
+        yield name, 'RGB', 'COLOR'
 
 
 def wants_sample_count(view_layer: bpy.types.ViewLayer) -> bool:
@@ -98,9 +110,16 @@ def register(engine: bpy.types.RenderEngine, scene: bpy.types.Scene, view_layer:
         engine.register_pass(scene, view_layer, name, len(channels), channels, kind)
 
 
-def native_sources(result: bpy.types.RenderResult, light_groups: tuple[str, ...]) -> dict[str, str]:
-    """Native pass for each pass of the result's first layer; passes that nothing fills are left out."""
+def native_sources(
+    result: bpy.types.RenderResult, light_groups: tuple[str, ...], lamp_passes: dict[str, int]
+) -> dict[str, str]:
+    """Native pass for each pass of the result's first layer; passes that nothing fills are left out.
+
+    lamp_passes: the native number of each pass that shows a lamp alone.
+    """
     known = {compat.pass_name(entry.name): entry.native for entry in PASSES}
+    known |= {entry.name: entry.native for entry in OWN_PASSES}
+    known |= {name: f'light:{number}' for name, number in lamp_passes.items()}
     known['Combined'] = 'combined'
     known[SAMPLE_COUNT] = 'sample_count'
     for index, group in enumerate(light_groups):

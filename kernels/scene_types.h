@@ -51,6 +51,9 @@ const uint LIGHT_SOFT_FALLOFF = 1u;  // a disk that faces the shading point; els
 const uint LIGHT_CAST_SHADOW = 2u;
 const uint LIGHT_VISIBLE = 4u;  // rays can meet it
 const uint LIGHT_USE_MIS = 8u;  // bounces meet it too, so light sampling shares the work with them
+// Where passes show lamps one by one, `group` of a lamp holds its pass, counted from 1, above this bit. A light group
+// fills the bits below, all of them set for none.
+const uint LAMP_PASS_SHIFT = 16u;
 const uint LIGHT_SHAPED = 16u;  // its LightShape says how it falls off and ends
 
 // One lamp. World space; radiometric quantities in the scene's linear colour space.
@@ -68,7 +71,7 @@ struct Light {
   vec3 local_z;
   uint flags;         // LIGHT_SOFT_FALLOFF ...
   uint visibility;    // VISIBLE_*: which rays meet the light
-  int group;          // light group, -1 = none
+  int group;          // light group, -1 = none; see LAMP_PASS_SHIFT
   uint max_bounces;   // last bounce that this light lights
   uint name_index;    // position in the exporter's list, for messages
 };

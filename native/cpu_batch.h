@@ -119,6 +119,7 @@ struct Batch final : Workspace {
   Array<vec3, kLanes> radiance;
   Array<float, kLanes> alpha;
   std::vector<vec3> groups;
+  std::vector<vec3> lamps;
   // The shadow packet that is being filled.
   embree::Ray<kWidth> shadow;
   std::array<uint, kWidth> shadow_slot;

@@ -18,6 +18,7 @@ constexpr std::uint32_t KERNEL_FEATURES = COTORRA_KERNEL_FEATURES;
 #include "cpu_camera.h"
 #include "cpu_occlusion.h"
 #include "cpu_staged.h"
+#include "cpu_terms.h"
 #include "cpu_toon.h"
 #include "cpu_visibility.h"
 #include "cpu_whitted.h"
@@ -90,6 +91,7 @@ class Renderer {
     if (FEATURE(FEATURE_LIGHT_GROUPS)) {
       b_.groups.assign(static_cast<std::size_t>(lane) * job_.passes.light_groups, vec3(0.0f));
     }
+    if (FEATURE(FEATURE_TERMS)) clear_lamps(job_.passes, lane, b_);
   }
 
   // ---- Stage 2: the nearest surface.
@@ -100,6 +102,7 @@ class Renderer {
 
   void add_light(uint slot, vec3 value, int group) {
     b_.radiance[slot] += value;
+    if (FEATURE(FEATURE_TERMS)) group = add_lamp(job_.passes, slot, value, group, b_);
     if (FEATURE(FEATURE_LIGHT_GROUPS) && group >= 0 && group < static_cast<int>(job_.passes.light_groups)) {
       b_.groups[slot * job_.passes.light_groups + static_cast<uint>(group)] += value;
     }
@@ -171,6 +174,9 @@ class Renderer {
       if (wants(FEATURE_WHITTED)) whitted_prepare(material, scene_.classic.v[s.material], bsdf);
       b_.shading.set_bsdf(i, bsdf);
       if (FEATURE(FEATURE_DATA_PASSES) && bounce == 0) record(b_.slot[i], s, material, bsdf);
+      if (FEATURE(FEATURE_TERMS) && bounce == 0 && job_.passes.terms) {
+        record_terms(scene_, s.p, bsdf, b_.shading.wo.get(i), b_.pixel[b_.slot[i]], b_);
+      }
     }
     return count;
   }
@@ -498,6 +504,7 @@ class Renderer {
           const std::size_t n = job_.passes.light_groups;
           for (std::size_t g = 0; g < n; ++g) b_.staged.groups[pixel * n + g] += b_.groups[slot * n + g];
         }
+        if (FEATURE(FEATURE_TERMS) && finite) stage_lamps(job_.passes, slot, pixel, b_);
       }
       FilmPixel &p = b_.staged.pixels[pixel];
       p.radiance += sum.radiance;

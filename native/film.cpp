@@ -93,22 +93,40 @@ Reader reader_of(const std::string &pass, const PassSelection &has, bool transpa
   if (has.occlusion && pass == "ao") {
     return [](const FilmTile &t, std::size_t i, float *out) { write(vec3(t.occlusion[i] * per_sample(t, i)), out); };
   }
-  if (pass.starts_with("lightgroup:")) {
-    const std::string digits = pass.substr(11);
-    const bool number = !digits.empty() && digits.size() < 9 &&
-                        std::all_of(digits.begin(), digits.end(), [](char c) { return c >= '0' && c <= '9'; });
-    const std::size_t group = number ? std::stoul(digits) : has.light_groups;
-    if (group < has.light_groups) {
-      const std::size_t stride = has.light_groups;
-      return [group, stride](const FilmTile &t, std::size_t i, float *out) {
-        write(t.groups[i * stride + group] * per_sample(t, i), out);
-      };
+  if (has.terms) {
+    if (pass == "term_d") {
+      return [](const FilmTile &t, std::size_t i, float *out) { out[0] = t.terms[i].d * per_sample(t, i); };
     }
+    if (pass == "term_g") {
+      return [](const FilmTile &t, std::size_t i, float *out) { out[0] = t.terms[i].g * per_sample(t, i); };
+    }
+    if (pass == "term_f") {
+      return [](const FilmTile &t, std::size_t i, float *out) { write(t.terms[i].f * per_sample(t, i), out); };
+    }
+  }
+  if (const std::uint32_t group = numbered_pass(pass, "lightgroup:"); group < has.light_groups) {
+    const std::size_t stride = has.light_groups;
+    return [group, stride](const FilmTile &t, std::size_t i, float *out) {
+      write(t.groups[i * stride + group] * per_sample(t, i), out);
+    };
+  }
+  if (const std::uint32_t lamp = numbered_pass(pass, "light:"); lamp < has.lamps) {
+    const std::size_t stride = has.lamps;
+    return [lamp, stride](const FilmTile &t, std::size_t i, float *out) {
+      write(t.lamps[i * stride + lamp] * per_sample(t, i), out);
+    };
   }
   throw std::invalid_argument("pass '" + pass + "' is unknown, or the session was not asked to keep it");
 }
 
 }  // namespace
+
+std::uint32_t numbered_pass(const std::string &pass, const std::string &kind) {
+  const std::string digits = pass.starts_with(kind) ? pass.substr(kind.size()) : "";
+  const bool number = !digits.empty() && digits.size() < 9 &&
+                      std::all_of(digits.begin(), digits.end(), [](char c) { return c >= '0' && c <= '9'; });
+  return number ? static_cast<std::uint32_t>(std::stoul(digits)) : ~0u;
+}
 
 void FilmTile::clear_as(const FilmTile &tile) {
   pixels.assign(tile.pixels.size(), FilmPixel{vec3(0.0f), 0.0f});
@@ -119,7 +137,9 @@ void FilmTile::clear_as(const FilmTile &tile) {
   environment.assign(tile.environment.size(), vec3(0.0f));
   shadow.assign(tile.shadow.size(), ShadowRecord{});
   occlusion.assign(tile.occlusion.size(), 0.0f);
+  terms.assign(tile.terms.size(), TermRecord{});
   groups.assign(tile.groups.size(), vec3(0.0f));
+  lamps.assign(tile.lamps.size(), vec3(0.0f));
 }
 
 void FilmTile::add(const FilmTile &staged, std::uint32_t count) {
@@ -143,8 +163,15 @@ void FilmTile::add(const FilmTile &staged, std::uint32_t count) {
       shadow[i].unshadowed += staged.shadow[i].unshadowed;
     }
     if (!occlusion.empty()) occlusion[i] += staged.occlusion[i];
+    if (!terms.empty()) {
+      terms[i].d += staged.terms[i].d;
+      terms[i].g += staged.terms[i].g;
+      terms[i].f += staged.terms[i].f;
+    }
     const std::size_t n = groups.size() / pixels.size();
     for (std::size_t g = 0; g < n; ++g) groups[i * n + g] += staged.groups[i * n + g];
+    const std::size_t m = lamps.size() / pixels.size();
+    for (std::size_t l = 0; l < m; ++l) lamps[i * m + l] += staged.lamps[i * m + l];
   }
   sample_count += count;
 }
@@ -179,18 +206,23 @@ Film::Film(int width, int height, int tile_size, const PassSelection &passes)
       if (passes.environment) t.environment.assign(n, vec3(0.0f));
       if (passes.shadow) t.shadow.resize(n);
       if (passes.occlusion) t.occlusion.assign(n, 0.0f);
+      if (passes.terms) t.terms.resize(n);
       if (passes.light_groups > 0) t.groups.assign(n * passes.light_groups, vec3(0.0f));
+      if (passes.lamps > 0) t.lamps.assign(n * passes.lamps, vec3(0.0f));
       bytes_ += n * sizeof(FilmPixel) + t.samples.size() * (sizeof(vec3) + sizeof(std::uint32_t)) +
                 t.nearest.size() * sizeof(NearestRecord) + t.surface.size() * sizeof(SurfaceRecord) +
-                (t.emission.size() + t.environment.size() + t.groups.size()) * sizeof(vec3) +
-                t.shadow.size() * sizeof(ShadowRecord) + t.occlusion.size() * sizeof(float);
+                (t.emission.size() + t.environment.size() + t.groups.size() + t.lamps.size()) * sizeof(vec3) +
+                t.terms.size() * sizeof(TermRecord) + t.shadow.size() * sizeof(ShadowRecord) +
+                t.occlusion.size() * sizeof(float);
     }
   }
 }
 
 int Film::channels(const std::string &pass) {
   if (pass == "combined") return 4;
-  if (pass == "depth" || pass == "object_index" || pass == "material_index" || pass == "sample_count") return 1;
+  if (pass == "term_d" || pass == "term_g" || pass == "depth" || pass == "object_index" || pass == "material_index" ||
+      pass == "sample_count")
+    return 1;
   return 3;
 }
 

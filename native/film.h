@@ -25,8 +25,10 @@ struct PassSelection {
   bool environment = false;
   bool shadow = false;
   bool occlusion = false;
+  bool terms = false;    // D, G, F
   bool error = false;    // adaptive sampling
   std::uint32_t light_groups = 0;
+  std::uint32_t lamps = 0;  // passes of single lamps
   bool any_data() const { return nearest || surface || emission || environment || shadow || occlusion; }
 };
 
@@ -52,6 +54,13 @@ struct ShadowRecord {
   float unshadowed = 0.0f;  // what would have arrived
 };
 
+// Sums over samples, of the sums over lamps.
+struct TermRecord {
+  float d = 0.0f;
+  float g = 0.0f;
+  vec3 f{0.0f, 0.0f, 0.0f};
+};
+
 // The pixels of one tile. Vectors of passes that nobody asked for stay empty.
 struct FilmTile {
   int x0 = 0, y0 = 0, width = 0, height = 0;
@@ -63,7 +72,9 @@ struct FilmTile {
   std::vector<vec3> environment;
   std::vector<ShadowRecord> shadow;
   std::vector<float> occlusion;           // sky that is free
+  std::vector<TermRecord> terms;
   std::vector<vec3> groups;               // [pixel * light_groups + group]
+  std::vector<vec3> lamps;                // [pixel * lamps + lamp]
   std::vector<vec3> odd;                  // adaptive sampling: radiance of every second sample
   std::vector<std::uint32_t> samples;     // adaptive sampling: taken by each pixel
   std::vector<std::uint16_t> pending;     // adaptive sampling: pixels still to be sampled, along the Morton curve
@@ -78,6 +89,9 @@ struct FilmTile {
   std::uint32_t samples_of(std::size_t pixel) const { return samples.empty() ? sample_count : samples[pixel]; }
   const std::vector<std::uint16_t> &to_sample() const { return samples.empty() ? *order : pending; }
 };
+
+// N of a pass that is called "kindN"; ~0 where it is another.
+std::uint32_t numbered_pass(const std::string &pass, const std::string &kind);
 
 class Film {
  public:

@@ -106,6 +106,7 @@ SceneInput read_scene(nb::handle buffers, std::vector<nb::object> &keep) {
   in.lights.spot_edge = view<uint, std::uint32_t>(lights, "spot_edge", keep);
   in.lights.inner_angle = view<float, float>(lights, "inner_angle", keep);
   in.lights.outer_angle = view<float, float>(lights, "outer_angle", keep);
+  in.lights.pass_index = view<int, std::int32_t>(lights, "pass_index", keep);
 
   const nb::object world = nb::getattr(buffers, "world");
   const auto color = nb::cast<std::array<float, 3>>(nb::getattr(world, "color"));

@@ -258,6 +258,8 @@ std::vector<Material> material_records(const MaterialsInput &in) {
 
 void Scene::prepare_lights(const LightsInput &in) {
   for (std::size_t i = 0; i < in.type.size(); ++i) lights_.push_back(light_from_blender(in, i));
+  for (std::size_t i = 0; i < in.pass_index.size(); ++i) set_lamp_pass(in.pass_index[i], lights_[i]);
+  if (!in.pass_index.empty()) features_ |= FEATURE_TERMS;
   if (in.falloff.empty()) return;
   bool any = false;
   for (std::size_t i = 0; i < lights_.size(); ++i) {

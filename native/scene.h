@@ -89,6 +89,7 @@ struct LightsInput {
   std::span<const uint> spot_edge;
   std::span<const float> inner_angle;
   std::span<const float> outer_angle;
+  std::span<const int> pass_index;  // the pass that shows the lamp alone, -1 = none
 };
 
 struct SceneInput {
@@ -129,6 +130,8 @@ std::vector<Material> material_records(const MaterialsInput &materials);
 Light light_from_blender(const LightsInput &lights, std::size_t index);
 // How the lamp falls off and ends; marks `light` with LIGHT_SHAPED where that is not Blender's way.
 LightShape shape_light(const LightsInput &lights, std::size_t index, Light &light);
+// Packs the pass that shows the lamp alone into the lamp's group.
+void set_lamp_pass(int pass, Light &light);
 void validate_light_shapes(const LightsInput &lights);
 
 class Scene {

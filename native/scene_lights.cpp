@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Derives how lamps fall off and end at the edge of their cone, where that is not Blender's way
-// (kernels/light_shape.h). Blender's own lamps are scene.cpp's.
+// (kernels/light_shape.h), and marks lamps that a pass shows alone. Blender's own lamps are scene.cpp's.
 #include <cmath>
 #include <numbers>
 #include <string>
@@ -31,9 +31,23 @@ double versine(double angle) { return 2.0 * std::pow(std::sin(0.5 * angle), 2.0)
 
 }  // namespace
 
+void set_lamp_pass(int pass, Light &light) {
+  light.group = ((pass + 1) << LAMP_PASS_SHIFT) | (light.group & ((1 << LAMP_PASS_SHIFT) - 1));
+}
+
 void validate_light_shapes(const LightsInput &in) {
-  if (in.falloff.empty()) return;
   const std::size_t n = in.type.size();
+  if (!in.pass_index.empty() && in.pass_index.size() != n) {
+    throw std::invalid_argument("lights.pass_index has " + std::to_string(in.pass_index.size()) +
+                                " entries, expected " + std::to_string(n));
+  }
+  for (std::size_t i = 0; i < in.pass_index.size(); ++i) {
+    if (in.pass_index[i] < -1 || in.pass_index[i] >= 0x7fff) {
+      throw std::invalid_argument("lights.pass_index[" + std::to_string(i) + "] = " + std::to_string(in.pass_index[i]) +
+                                  ", must be from -1 to 32766");
+    }
+  }
+  if (in.falloff.empty()) return;
   if (in.falloff.size() != n || in.range.size() != n || in.polynomial.size() != n || in.spot_edge.size() != n ||
       in.inner_angle.size() != n || in.outer_angle.size() != n) {
     throw std::invalid_argument("lights.falloff and the arrays that go with it must have " + std::to_string(n) +

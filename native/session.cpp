@@ -20,6 +20,7 @@ namespace {
 
 constexpr std::int64_t kMaxSamples = 1 << 24;  // float sums stand still beyond; Cycles' bound too
 constexpr std::uint32_t kLongestPass = 32;     // samples; keeps cancelling quick
+constexpr std::uint32_t kLampPasses = 1024;    // more than anyone looks through
 constexpr std::uint32_t kLightsAtOnce = 8;     // beyond, lamps are picked by importance
 
 void require(bool good, const std::string &name, const std::string &value, const char *expected) {
@@ -81,6 +82,10 @@ PassSelection select_passes(const SettingsInput &settings, std::uint32_t light_g
       p.shadow = true;
     } else if (name == "ao") {
       p.occlusion = true;
+    } else if (name.starts_with("term_")) {
+      p.terms = true;
+    } else if (const std::uint32_t lamp = numbered_pass(name, "light:"); lamp < kLampPasses) {
+      p.lamps = std::max(p.lamps, lamp + 1);
     } else if (name.starts_with("lightgroup:")) {
       p.light_groups = light_groups;
     } else {
@@ -144,6 +149,7 @@ Session::Session(std::shared_ptr<const Scene> scene, const CameraInput &camera, 
   if (passes_.any_data()) job_.features |= FEATURE_DATA_PASSES;
   if (passes_.occlusion) job_.features |= FEATURE_OCCLUSION;
   if (passes_.light_groups > 0) job_.features |= FEATURE_LIGHT_GROUPS;
+  if (passes_.terms || passes_.lamps > 0) job_.features |= FEATURE_TERMS;
   job_.seed = settings.seed;
   job_.sample_bits = std::min(static_cast<std::uint32_t>(std::bit_width(samples - 1u)), SAMPLE_BITS_MAX);
   job_.lights_at_once = kLightsAtOnce;

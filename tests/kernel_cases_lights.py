@@ -1,12 +1,14 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The table of kernel functions that CPU and Vulkan must agree on, continued: falloffs and spot edges.
+"""The table of kernel functions that CPU and Vulkan must agree on, continued: falloffs, spot edges, terms toward lamps.
 
 What Blender's own lamps need stands in kernel_cases.py.
 """
 
 from __future__ import annotations
 
-from kernel_cases import DIRECTION, LIGHT, POINT, POSITIVE, ROUNDING
+from kernel_cases import DIRECTION, LIGHT, NORMAL, POINT, POSITIVE, ROUNDING
+from kernel_cases_models import SLOPES
+from kernel_cases_path import MATERIAL
 from kernel_inputs import LIGHTS, integers, light_shapes, magnitudes, uniform
 from kernel_parity import Case, Tolerance
 
@@ -35,6 +37,14 @@ CASES = [
         {'index': ('uint', integers(LIGHTS)), 'p': POINT, 'wi': DIRECTION},
         {'a': 'float'},
         RAMP,
+        scene=True,
+    ),
+    Case(
+        'lamp_terms',
+        'Bsdf bsdf; bsdf_prepare(scene, material, n, n, n, bsdf); lamp_terms(scene, p, bsdf, n, d, g, f);',
+        {'material': MATERIAL, 'n': NORMAL, 'p': POINT},
+        {'d': 'float', 'g': 'float', 'f': 'vec3'},
+        SLOPES,
         scene=True,
     ),
 ]

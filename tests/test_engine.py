@@ -372,9 +372,10 @@ def test_figures_are_kept(scene):
 
 
 def test_names_of_passes_are_unique_and_known_to_the_border():
-    names = [entry.name for entry in passes.PASSES]
+    entries = (*passes.PASSES, *passes.OWN_PASSES)
+    names = [entry.name for entry in entries]
     assert len(set(names)) == len(names)
-    natives = {entry.native for entry in passes.PASSES} | {'combined', 'sample_count'}
+    natives = {entry.native for entry in entries} | {'combined', 'sample_count'}
     assert natives == set(passes.NATIVE_CHANNELS)
-    for entry in passes.PASSES:
+    for entry in entries:
         assert passes.NATIVE_CHANNELS[entry.native] == len(entry.channels)

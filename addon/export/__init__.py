@@ -82,7 +82,7 @@ def export_scene(
         instances=objects,
         materials=surfaces,
         material_slots=slots,
-        lights=lights.light_arrays(lamps, walk.transforms[lit], lamp_of, log),
+        lights=lights.light_arrays(lamps, walk.transforms[lit], lamp_of, view_layer, log),
         world=world.read_world(engine_scene, view_layer, light_groups, trees, log),
         light_groups=tuple(light_groups),
         images=tuple(table.images.images),

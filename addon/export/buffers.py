@@ -270,6 +270,7 @@ class Lights:
     spot_edge: U32 | None = None  # (L,) counts choices.SPOT_EDGES; BLENDER for all but spots
     inner_angle: F32 | None = None  # (L,) radians from the axis, at most outer_angle
     outer_angle: F32 | None = None  # (L,) radians from the axis
+    pass_index: I32 | None = None  # (L,) N of the pass 'light:N' that shows the lamp alone, -1 for none
 
 
 @dataclass(frozen=True, slots=True)
@@ -371,7 +372,8 @@ class RenderSettings:
     outline_object: bool = True
 
 
-# Native pass name -> channels. 'lightgroup:N' (3 channels) is the N-th light group.
+# Native pass name -> channels. 'lightgroup:N' (3 channels) is the N-th light group, 'light:N' the N-th lamp alone. The
+# terms are sums over the lamps above the surface, each toward the lamp's centre, without shadows.
 PASSES = {
     'combined': 4,
     'depth': 1,
@@ -386,4 +388,7 @@ PASSES = {
     'shadow': 3,
     'ao': 3,
     'sample_count': 1,
+    'term_d': 1,
+    'term_g': 1,
+    'term_f': 3,
 }

@@ -12,6 +12,7 @@ import bpy
 import numpy as np
 
 from .. import compat
+from ..lamps import pass_names, pass_numbers
 from ..log import Log
 from .beams import Beam, beam_arrays, read_beam
 from .buffers import F32, I32, LIGHT_POINT, LIGHT_SPOT, LIGHT_SUN, Lights
@@ -78,7 +79,7 @@ def read_lamp(obj: bpy.types.Object, visibility: int, light_group: int, trees: T
     )
 
 
-def light_arrays(lamps: list[Lamp], transforms: F32, lamp_of: I32, log: Log) -> Lights:
+def light_arrays(lamps: list[Lamp], transforms: F32, lamp_of: I32, view_layer: bpy.types.ViewLayer, log: Log) -> Lights:
     """One light for each transform (N, 3, 4), with the properties of its lamp."""
     usable = _usable(transforms)
     for index in np.unique(lamp_of[~usable]):
@@ -104,8 +105,17 @@ def light_arrays(lamps: list[Lamp], transforms: F32, lamp_of: I32, log: Log) -> 
         visibility=column('visibility', np.uint32),
         light_group=column('light_group', np.int32),
         names=tuple(lamps[index].name for index in lamp_of),
+        pass_index=_pass_indices([lamps[index].name for index in lamp_of], view_layer),
         **beam_arrays([lamps[index].beam for index in lamp_of]),
     )
+
+
+def _pass_indices(names: list[str], view_layer: bpy.types.ViewLayer) -> I32 | None:
+    """The pass that shows each lamp alone, where the view layer asks for such passes."""
+    pass_of, numbers = pass_names(view_layer), pass_numbers(view_layer)
+    if not pass_of or not names:
+        return None
+    return np.array([numbers.get(pass_of.get(name, ''), -1) for name in names], np.int32)
 
 
 def _strength(light: bpy.types.Light, name: str, trees: Trees, log: Log) -> Color:
