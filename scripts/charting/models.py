@@ -73,7 +73,7 @@ class Measured:
 
 
 def make(quick: bool) -> Chart:
-    plan = Plan((64, 36), 2, 2, 16) if quick else Plan((320, 180), 16, 5, 1024)
+    plan = Plan((64, 36), 2, 2, 16) if quick else Plan((320, 180), 16, 5, 512)
     case = runner.Case(scenes.find('box_room'), BOUNCES, plan.size, os.cpu_count() or 1)
     _, reference = runner.measure(case, 'COTORRA', [], [], plan.reference_samples, (2001, 2002))
     ours = render(case, 'COTORRA', {**variants(), **{name: {'cotorra.integrator': name} for name in INTEGRATORS}}, plan)
