@@ -13,8 +13,9 @@ namespace cotorra {
 const uint PAIR_OCCLUSION = 255u;  // of a vertex, after the lamps' (integrator.h)
 
 // A ray that asks whether the sky is hidden, cosine-distributed: the mean over rays is the integral of the visibility
-// times cosine over pi. False where the direction lies below the triangle, which counts as hidden (as in Cycles).
-FN bool occlusion_ray(IN(SceneData) scene, IN(Surface) s, vec2 u, float distance, OUT(ShadowRay) ray) {
+// times cosine over pi. Where a smooth normal leans so far that the direction lies below the triangle, the ray starts
+// from the lifted surface like any shadow ray (as in Cycles).
+FN void occlusion_ray(IN(SceneData) scene, IN(Surface) s, vec2 u, float distance, OUT(ShadowRay) ray) {
   vec3 t;
   vec3 b;
   orthonormal_basis(s.n, t, b);
@@ -23,10 +24,7 @@ FN bool occlusion_ray(IN(SceneData) scene, IN(Surface) s, vec2 u, float distance
   ray.contribution = vec3(1.0f);
   ray.group = -1;
   ray.visibility = VISIBLE_SHADOW;
-  ray.origin = s.p;
-  if (dot(ray.direction, s.ng) <= 0.0f) return false;
   ray.origin = shadow_ray_origin(scene, s, ray.direction);
-  return true;
 }
 
 // ka Ia C: what a surface returns of ambient light. C is the base colour, less what Whitted brings by rays instead.

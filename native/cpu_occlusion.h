@@ -17,10 +17,8 @@ void trace_sky(const Tracer &t, int lanes, uint pair_seed) {
   VisibilityQueue queue(t, [&sky](uint lane, float kept) { sky[lane] = kept; });
   for (std::size_t i = 0; i < static_cast<std::size_t>(lanes); ++i) {
     ShadowRay ray;
-    sky[i] = 0.0f;
-    if (occlusion_ray(*t.job.scene, b.surface[i], vec2(b.u2[i], b.v2[i]), t.job.classic.occlusion_distance, ray)) {
-      queue.push(ray, static_cast<uint>(i));
-    }
+    occlusion_ray(*t.job.scene, b.surface[i], vec2(b.u2[i], b.v2[i]), t.job.classic.occlusion_distance, ray);
+    queue.push(ray, static_cast<uint>(i));
   }
   queue.flush();
 }

@@ -73,10 +73,9 @@ CASES = [
     ),
     Case(
         'ambient',
-        'open = select(occlusion_ray(scene, s, u, distance, ray), 1u, 0u);'
-        'term = ambient_term(material, classic, light);',
+        'occlusion_ray(scene, s, u, distance, ray);term = ambient_term(material, classic, light);',
         {'s': SURFACE, 'u': SQUARE, 'distance': DISTANCE, 'material': MATERIAL, 'classic': CLASSIC, 'light': COLOR},
-        {'open': 'uint', 'ray': 'ShadowRay', 'term': 'vec3'},
+        {'ray': 'ShadowRay', 'term': 'vec3'},
         ROUNDING,
         scene=True,
     ),
