@@ -114,6 +114,8 @@ void see_through(const Tracer &t, const embree::Ray<kWidth> &asked, int count, e
       if (hit.instance == INVALID_ID) {
         answered.tfar[k] = 0.0f;
         light[k] *= kept[k];
+        // What the first query noted ends at the glass, which is opaque to it.
+        if (FEATURE(FEATURE_TRANSPARENCY) && t.arguments.context != nullptr) alpha_of(t.arguments)->kept[k] = 1.0f;
       } else if (cross_pane(*t.job.scene, hit, p, k, kept[k])) {
         left[k] -= hit.t;
         p.ray.tfar[k] = left[k];
