@@ -16,10 +16,10 @@ FN void model_terms(IN(ModelBsdf) m, IN(HalfAngle) a, OUT(float) d, OUT(float) g
   g = 1.0f;
   f = vec3(0.0f);
   if (m.model == MODEL_PHONG) {
-    d = a.mirror < 1.0f ? pow_one_minus(a.mirror, m.exponent) : 0.0f;
+    d = a.rv > 0.0f ? pow_near_one(a.rv, a.off_mirror, m.exponent) : 0.0f;
     f = m.specular;
   } else if (m.model == MODEL_BLINN_PHONG) {
-    d = pow_one_minus(a.sin2, 0.5f * m.exponent);
+    d = pow_near_one(a.nh * a.nh, a.sin2, 0.5f * m.exponent);
     f = m.specular;
   } else if (m.model == MODEL_COOK_TORRANCE) {
     f = model_fresnel(m, a.oh);

@@ -14,6 +14,9 @@ namespace cotorra {
 // Powers beyond cannot be told from this one by directions in 32 bits.
 const float EXPONENT_MAX = 1e8f;
 
+// Fresnel terms below are rounding: there is no interface.
+const float REFLECTANCE_CUTOFF = 1e-5f;
+
 // ---- Preparation: each returns the highlight's albedo, roughly, for the choice between the lobes.
 
 FN vec3 model_prepare_phong(IN(Material) material, IN(MaterialModel) model, INOUT(ModelBsdf) m) {
@@ -58,8 +61,10 @@ FN vec3 model_prepare_cook_torrance(IN(Material) material, IN(MaterialModel) mod
   const bool ggx = m.distribution == DISTRIBUTION_GGX;
   m.n_lambda = model_n_lambda(m.distribution, no, m.alpha);
   m.visible = max(no + (ggx ? m.n_lambda : N_LambdaBeckmannExact(no, m.alpha)), 1e-30f);
-  // F toward the viewer; from 60 degrees on at least, so that F0 = 0 does not hide what is left at grazing angles.
-  return model_fresnel(m, min(max(no, 1e-4f), 0.5f)) * m.share;
+  // F toward the viewer, and the mean of Schlick's (1 - c)^5 times what it is near the horizon: there F is above 0 even
+  // where it is 0 toward the viewer, and what can be seen must be sampled.
+  const vec3 albedo = (model_fresnel(m, max(no, 1e-2f)) + model_fresnel(m, 1e-2f) * (1.0f / 21.0f)) * m.share;
+  return select(max_component(albedo) > REFLECTANCE_CUTOFF, albedo, vec3(0.0f));
 }
 
 FN void model_prepare_oren_nayar(IN(MaterialModel) model, float no, INOUT(ModelBsdf) m) {

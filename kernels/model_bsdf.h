@@ -79,7 +79,8 @@ struct HalfAngle {
   float nh;
   float sin2;    // 1 - nh^2
   float oh;
-  float mirror;  // 1 - cosine between wi and the mirror direction of wo
+  float rv;      // cosine between wi and the mirror direction of wo
+  float off_mirror;  // 1 - rv
 };
 
 // `ni` is passed, since it is 0 where the two normals of a point disagree about the side of the surface.
@@ -91,9 +92,10 @@ FN void half_angle(vec3 n, vec3 wo, vec3 wi, float ni, OUT(HalfAngle) a) {
   a.nh = max(dot(n, h), 0.0f) / sqrt(h2);
   a.sin2 = min(dot(xy, xy) / h2, 1.0f);
   a.oh = 0.5f * sqrt(h2);
-  // |wi - mirror|^2 = 2 - 2 cos: exact where the two are near, as the cosine itself is not.
-  const vec3 apart = wi - (n * (2.0f * dot(n, wo)) - wo);
-  a.mirror = min(0.5f * dot(apart, apart), 2.0f);
+  const vec3 mirror = n * (2.0f * dot(n, wo)) - wo;
+  const vec3 apart = wi - mirror;
+  a.rv = dot(wi, mirror);
+  a.off_mirror = 0.5f * dot(apart, apart);
 }
 
 // ---- Cook-Torrance
@@ -112,7 +114,7 @@ FN float model_distribution(IN(ModelBsdf) m, IN(HalfAngle) a) {
   const float alpha2 = m.alpha * m.alpha;
   if (m.distribution == DISTRIBUTION_GGX) return D_GGX(a.sin2, 1.0f, alpha2);
   if (m.distribution == DISTRIBUTION_BECKMANN) return D_Beckmann(a.sin2, a.nh, alpha2);
-  return D_BlinnPhong(a.sin2, alpha2);
+  return D_BlinnPhong(a.sin2, a.nh, alpha2);
 }
 
 // nx Lambda(x) of the user's D; Blinn-Phong takes Beckmann's.
@@ -136,12 +138,12 @@ FN vec3 model_eval_specular(IN(ModelBsdf) m, IN(HalfAngle) a, OUT(float) pdf) {
   pdf = 0.0f;
   if (!(a.ni > 0.0f) || !(m.no > 0.0f) || model_is_mirror(m)) return vec3(0.0f);
   if (m.model == MODEL_PHONG) {
-    const float power = a.mirror < 1.0f ? pow_one_minus(a.mirror, m.exponent) : 0.0f;
+    const float power = a.rv > 0.0f ? pow_near_one(a.rv, a.off_mirror, m.exponent) : 0.0f;
     pdf = power * (m.exponent + 1.0f) * (0.5f * INV_PI);
     return m.specular * (m.form != 0u ? power * a.ni : power);
   }
   if (m.model == MODEL_BLINN_PHONG) {
-    const float power = pow_one_minus(a.sin2, 0.5f * m.exponent);
+    const float power = pow_near_one(a.nh * a.nh, a.sin2, 0.5f * m.exponent);
     pdf = power * (m.exponent + 1.0f) * (0.125f * INV_PI) / a.oh;
     return m.specular * (m.form != 0u ? power * a.ni : power);
   }

@@ -39,7 +39,8 @@ FN vec3 eon_eval(vec3 albedo, float r, float no, float ni, float oi) {
   const float shape = select(s > 0.0f, s / max(max(no, ni), 1e-10f), s);
   const float missing = a * r * EON_LOSS_MEAN;  // 1 - average albedo
   const float lost = (EON_LOSS - eon_albedo_shape(no)) * (EON_LOSS - eon_albedo_shape(ni));
-  const vec3 multiple = albedo * albedo * (1.0f - missing) / (vec3(1.0f) - albedo * missing);
+  const vec3 rho = min(albedo, vec3(1.0f));  // a series of bounces: beyond 1 it has no sum
+  const vec3 multiple = rho * rho * (1.0f - missing) / (vec3(1.0f) - rho * missing);
   return albedo * (a * (1.0f + r * shape)) + multiple * (a * r * lost / EON_LOSS_MEAN);
 }
 

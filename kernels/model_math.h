@@ -10,14 +10,18 @@
 namespace cotorra {
 #endif
 
-// log(1 - x) for x in 0..1; a large negative number at 1. Near 0, 1 - x would have lost x already: there it is the
-// series of -2 artanh(x / (2 - x)), whose next term is 3e-10.
-FN float log_one_minus(float x) {
+// log(c) for c in 0..1 of which 1 - c is known better near 1; a large negative number at 0. There it is the series of
+// -2 artanh(x / (2 - x)) with x = 1 - c, whose next term is 3e-10.
+FN float log_near_one(float c, float x) {
   const float z = x / (2.0f - x);
   const float z2 = z * z;
   const float series = -2.0f * z * (1.0f + z2 * (1.0f / 3.0f + z2 * (0.2f + z2 * (1.0f / 7.0f + z2 * (1.0f / 9.0f)))));
-  return select(x < 0.25f, series, log(max(1.0f - x, 1e-38f)));
+  return select(x < 0.25f, series, log(max(c, 1e-37f)));
 }
+FN float log_one_minus(float x) { return log_near_one(1.0f - x, x); }
+
+// c^e, with c as above: so that exponents of a million still see how far from 1 it is.
+FN float pow_near_one(float c, float x, float e) { return exp(e * log_near_one(c, x)); }
 
 // 1 - exp(-y) for y >= 0; near 0 by Taylor's series, whose next term is 2e-7 of it.
 FN float one_minus_exp(float y) {
@@ -25,9 +29,6 @@ FN float one_minus_exp(float y) {
   const float series = y * (1.0f - y * 0.5f * (1.0f - y * (1.0f / 3.0f) * (1.0f - y * 0.25f * tail)));
   return select(y < 0.5f, series, 1.0f - exp(-y));
 }
-
-// (1 - x)^e: a power of a cosine by one minus that cosine, so that exponents of a million still see the difference.
-FN float pow_one_minus(float x, float e) { return exp(e * log_one_minus(x)); }
 
 // exp(x^2) erfc(x) for x >= 0. Fitted by us as a polynomial in 1 / (1 + x / 2): relative error 4e-7 up to x = 6, and
 // 1 % beyond, where exp(-x^2) leaves nothing of it.

@@ -24,8 +24,8 @@ FN float D_Beckmann(float sin2, float nh, float alpha2) {
 
 // (p + 2) / (2 pi) nh^p (Blinn 1977, normalised) with p = 2 / alpha^2 - 2, which makes it as wide as Beckmann's
 // (Walter et al. 2007).
-FN float D_BlinnPhong(float sin2, float alpha2) {
-  return pow_one_minus(min(sin2, 1.0f), 1.0f / alpha2 - 1.0f) * INV_PI / alpha2;
+FN float D_BlinnPhong(float sin2, float nh, float alpha2) {
+  return pow_near_one(nh * nh, sin2, 1.0f / alpha2 - 1.0f) * INV_PI / alpha2;
 }
 
 // ---- Masking and shadowing. Lambda is infinite at grazing angles, nx Lambda(x) is not: all is written with that.

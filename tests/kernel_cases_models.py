@@ -29,7 +29,13 @@ MODEL = ('MaterialModel', material_models)
 HALF = (
     'HalfAngle',
     records(
-        'HalfAngle', ni=uniform(0.01), nh=uniform(0.01), sin2=uniform(), oh=uniform(0.01), mirror=uniform(0.0, 2.0)
+        'HalfAngle',
+        ni=uniform(0.01),
+        nh=uniform(0.01),
+        sin2=uniform(),
+        oh=uniform(0.01),
+        rv=uniform(-1.0),
+        off_mirror=uniform(0.0, 2.0),
     ),
 )
 
@@ -53,15 +59,16 @@ SLOPES = Tolerance(4096, 'an inverse of sums of exponentials: each step has its 
 NUMBERS = [
     Case(
         'model_numbers',
-        'a = log_one_minus(x); b = one_minus_exp(y); c = pow_one_minus(x, y); d = erfc_scaled(y);'
+        'a = log_one_minus(x); f = log_near_one(x, 1.0f - x); b = one_minus_exp(y);'
+        'c = pow_near_one(1.0f - x, x, y); d = erfc_scaled(y);'
         'e = acos_over_sine(x);',
         {'x': ('float', uniform(0.0, 0.999)), 'y': ('float', uniform(0.0, 8.0))},
-        {'a': 'float', 'b': 'float', 'c': 'float', 'd': 'float', 'e': 'float'},
+        {'a': 'float', 'b': 'float', 'c': 'float', 'd': 'float', 'e': 'float', 'f': 'float'},
         LIBRARY,
     ),
     Case(
         'model_distributions',
-        'a = D_Beckmann(x, sqrt(1.0f - x), alpha * alpha); b = D_BlinnPhong(x, alpha * alpha);',
+        'a = D_Beckmann(x, sqrt(1.0f - x), alpha * alpha); b = D_BlinnPhong(x, sqrt(1.0f - x), alpha * alpha);',
         {'x': ('float', uniform(0.0, 0.99)), 'alpha': ('float', uniform(0.1, 1.0))},
         {'a': 'float', 'b': 'float'},
         POWER,
