@@ -64,6 +64,15 @@ def test_a_demo_becomes_a_png_by_the_real_engine(tmp_path):
     assert frame['layers'][0]['integrator'] == 'PATH'
 
 
+def test_a_model_for_all_materials(engine):
+    scene = build.new_scene()
+    options = cli.parser().parse_args(['render', '--demo', 'box_room', '-o', 'room.exr', '--model', 'oren_nayar'])
+    cli.apply(options, scene)
+    assert scene.cotorra.use_model_override and scene.cotorra.model_override.model == 'OREN_NAYAR'
+    with pytest.raises(SystemExit):
+        cli.parser().parse_args(['render', '--demo', 'box_room', '-o', 'room.exr', '--model', 'ward'])
+
+
 def test_arguments_override_the_file(blend, tmp_path):
     out, figures = tmp_path / 'o.exr', tmp_path / 'o.json'
     code, told = run_cli(

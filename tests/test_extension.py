@@ -66,6 +66,7 @@ def test_contents(archive: Path) -> None:
         names = set(opened.namelist())
         manifest = tomllib.loads(opened.read('blender_manifest.toml').decode())
     assert {'__init__.py', 'export/__init__.py', 'LICENSE', 'blender_manifest.toml'} <= names
+    assert 'presets/cotorra/material/gold.py' in names
     assert {wheel.removeprefix('./') for wheel in manifest['wheels']} == {n for n in names if n.endswith('.whl')}
     assert sorted(wheel.split('/')[-1].split('-')[0] for wheel in manifest['wheels']) == ['cotorra', 'embreex']
     assert len(manifest['platforms']) == 1

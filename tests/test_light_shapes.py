@@ -7,17 +7,21 @@ Lamps that fall off as Blender's do are compared with Cycles elsewhere.
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import bpy
+import cotorra_native
 import numpy as np
 import pytest
-from cotorra import stats
+from cotorra import native, stats
+from cotorra.export.buffers import RenderSettings, SceneBuffers
 from mathutils import Euler, Matrix
 
 from render_calls import read_exr, render_to
 from scenes import build
+from scenes.depsgraphs import exported, exported_camera
 
 pytestmark = pytest.mark.usefixtures('engine')
 
@@ -298,6 +302,62 @@ def test_suns_from_a_point_and_from_half_the_sky(angle, scene, tmp_path):
     found, _ = rendered(scene, tmp_path)
     assert np.isfinite(found).all() and not warnings(scene)
     assert found.mean() == pytest.approx(2.0 * ALBEDO / math.pi, rel=1e-5 if angle == 0.0 else 5e-3)
+
+
+# ---- The native module's border: what the exporter holds back, and what nobody may hand over
+
+
+def lights_of(scene: bpy.types.Scene) -> SceneBuffers:
+    """A point and a spot over the plane, both with a shape, as the exporter hands them over."""
+    lamp(scene, 'POINT', {'falloff': 'RANGED', 'range': 2.0}).location = (0.0, 0.0, 1.0)
+    shape = {'falloff': 'POLYNOMIAL', 'c0': 1.0, 'spot_edge': 'LINEAR', 'inner_angle': 0.2, 'outer_angle': 0.6}
+    lamp(scene, 'SPOT', shape).location = (0.5, 0.0, 1.0)
+    return exported(scene)
+
+
+def native_picture(scene: bpy.types.Scene, buffers: SceneBuffers, **changed: np.ndarray) -> np.ndarray:
+    """Combined of the buffers, with arrays of the lights exchanged, past everything that the exporter does."""
+    buffers = replace(buffers, lights=replace(buffers.lights, **changed))
+    made = cotorra_native.Scene(buffers, 1, native.embree_library())
+    settings = RenderSettings(integrator='DIRECT', samples=1, threads=1)
+    session = cotorra_native.Session(made, exported_camera(scene), settings)
+    session.start()
+    while not session.wait(1.0):
+        pass
+    out = np.zeros((48, 48, 4), np.float32)
+    session.read('combined', out)
+    return out[..., 0]
+
+
+def test_what_the_exporter_leaves_out_would_be_dark_and_finite(scene):
+    buffers = lights_of(scene)
+    assert native_picture(scene, buffers).max() > 0.1
+    zero = np.zeros(2, np.float32)
+    dark = {'range': zero, 'polynomial': np.zeros((2, 3), np.float32)}
+    assert np.all(native_picture(scene, buffers, **dark) == 0.0)
+    closed = native_picture(scene, buffers, falloff=np.zeros(2, np.uint32), outer_angle=zero, inner_angle=zero)
+    alone = native_picture(
+        scene, buffers, falloff=np.zeros(2, np.uint32), strength=buffers.lights.strength * np.float32([[1], [0]])
+    )
+    assert np.array_equal(closed, alone)  # the spot gives nothing, the point gives what it gave
+
+
+@pytest.mark.parametrize(
+    ('name', 'values', 'words'),
+    [
+        ('falloff', [0, 3], r'lights\.falloff\[1\] = 3, must be below 3'),
+        ('spot_edge', [7, 0], r'lights\.spot_edge\[0\] = 7, must be below 3'),
+        ('range', [-1.0, 0.0], r'lights\.range\[0\] = -1.*, must be 0 or more'),
+        ('outer_angle', [0.5, np.nan], r'lights\.outer_angle\[1\] = .*nan, must be 0 or more'),
+        ('inner_angle', [0.5], 'must have 2 entries'),
+        ('pass_index', [-2, 0], r'lights\.pass_index\[0\] = -2, must be from -1'),
+    ],
+)
+def test_the_border_names_array_index_and_value(name, values, words, scene):
+    buffers = lights_of(scene)
+    kind = np.int32 if name == 'pass_index' else getattr(buffers.lights, name).dtype
+    with pytest.raises(ValueError, match=words):
+        native_picture(scene, buffers, **{name: np.array(values, kind)})
 
 
 def misprinted_window(d: np.ndarray, reach: float) -> np.ndarray:
