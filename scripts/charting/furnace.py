@@ -6,6 +6,7 @@ The kernels' own f cos is integrated over the hemisphere by a rule of its own; n
 
 from __future__ import annotations
 
+import functools
 from dataclasses import dataclass
 from typing import Any
 
@@ -113,6 +114,7 @@ def albedo(variant: Variant, value: float, angle: float, points: int) -> float:
     return float(sum_of_lobes.max())
 
 
+@functools.cache
 def smooth_rule(points: int) -> tuple[F64, F64]:
     """For the diffuse lobe: Gauss-Legendre in the angle from the normal, equal steps around it."""
     nodes, weights = np.polynomial.legendre.leggauss(points)
