@@ -164,6 +164,7 @@ class Renderer {
       s.u = b_.hit.u[i];
       s.v = b_.hit.v[i];
       Material textured;
+      const vec3 smooth = s.n;
       if (FEATURE(FEATURE_TEXTURES)) {
         material_fetch(scene_, s, textured);
         s.n = material_normal(scene_, s);
@@ -171,6 +172,7 @@ class Renderer {
       const Material &material = FEATURE(FEATURE_TEXTURES) ? textured : scene_.materials.v[s.material];
       Bsdf bsdf;
       bsdf_prepare(scene_, material, s.n, s.ng, b_.shading.wo.get(i), bsdf);
+      if (FEATURE(FEATURE_TEXTURES)) bsdf.n_smooth = smooth;
       if (wants(FEATURE_WHITTED)) whitted_prepare(material, scene_.classic.v[s.material], bsdf);
       b_.shading.set_bsdf(i, bsdf);
       if (FEATURE(FEATURE_DATA_PASSES) && bounce == 0) record(b_.slot[i], s, material, bsdf);

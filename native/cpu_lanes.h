@@ -45,7 +45,7 @@ struct Vec3s {
 struct ShadingLanes {
   Vec3s p, ng, wo, throughput;
   Floats epsilon, terminator;
-  Vec3s n, n_glossy, diffuse, metal_f0, metal_range, metal_edge, coating_f0, coating_f90;
+  Vec3s n, n_smooth, n_glossy, diffuse, metal_f0, metal_range, metal_edge, coating_f0, coating_f90;
   Floats p_glossy, no, alpha2, s_o, eta, fresnel_f0;
   Array<uint, kLanes> lobes;
   Array<ModelBsdf, FEATURE(FEATURE_MODELS) ? kLanes : 1> model;
@@ -54,6 +54,7 @@ struct ShadingLanes {
     if (FEATURE(FEATURE_MODELS)) model[i] = b.model;
     n.set(i, b.n);
     diffuse.set(i, b.diffuse);
+    if (FEATURE(FEATURE_TEXTURES)) n_smooth.set(i, b.n_smooth);
     if (!FEATURE(FEATURE_SPECULAR)) return;
     n_glossy.set(i, b.n_glossy);
     metal_f0.set(i, b.metal_f0);
@@ -74,6 +75,7 @@ struct ShadingLanes {
     if (FEATURE(FEATURE_MODELS)) b.model = model[i];
     b.n = n.get(i);
     b.diffuse = diffuse.get(i);
+    if (FEATURE(FEATURE_TEXTURES)) b.n_smooth = n_smooth.get(i);
     if (!FEATURE(FEATURE_SPECULAR)) return b;
     b.n_glossy = n_glossy.get(i);
     b.metal_f0 = metal_f0.get(i);
@@ -175,7 +177,8 @@ COTORRA_FLATTEN void sample_lamp(const Light &lamp, const ShadingLanes &in, cons
     out.contribution.set(i, light_contribution(light, l, in.bsdf(i), in.wo.get(i), in.throughput.get(i), 1.0f));
     const vec3 ng = in.ng.get(i);
     out.origin.set(i, surface_ray_origin(in.p.get(i), ng, in.epsilon[i], l.wi));
-    out.lift[i] = terminator_amount(in.terminator[i], dot(in.n.get(i), l.wi), dot(ng, l.wi));
+    const vec3 smooth = FEATURE(FEATURE_TEXTURES) ? in.n_smooth.get(i) : in.n.get(i);
+    out.lift[i] = terminator_amount(in.terminator[i], dot(smooth, l.wi), dot(ng, l.wi));
     out.wi.set(i, l.wi);
     out.distance[i] = l.distance;
   }

@@ -6,6 +6,7 @@ from __future__ import annotations
 import numpy as np
 
 from kernel_cases import POINT, ROUNDING, SURFACE, UINT, UNIT
+from kernel_cases_path import DIRECTION, MATERIAL, NORMAL, WO
 from kernel_inputs import INSTANCES, MATERIALS, TRIANGLES, choices, integers, points, records, uniform, vectors
 from kernel_inputs_textures import SLOTS
 from kernel_parity import Case, Tolerance
@@ -156,6 +157,15 @@ NORMALS = [
         {'at': AT, 'bits': UINT, 'bounce': ('uint', integers(20)), 'seed': UINT},
         {'index': 'uint', 'alpha': 'float', 'number': 'float'},
         STEPS,
+        scene=True,
+    ),
+    Case(
+        'normals_bent_by_maps',
+        'Bsdf bsdf; bsdf_prepare(scene, material, n, ng, wo, bsdf); bsdf.n_smooth = ng;'
+        'kept = bump_shadowing(bsdf, wi);',
+        {'material': MATERIAL, 'n': NORMAL, 'ng': NORMAL, 'wo': WO, 'wi': DIRECTION},
+        {'kept': 'float'},
+        ROUNDING,
         scene=True,
     ),
     Case(
