@@ -168,3 +168,13 @@ def test_the_misprinted_kernel_draws_on_everything() -> None:
     step = np.array([[0, 0, 1]] * 3)
     assert (right * constant).sum() == 0 and (right * step).sum() == 4
     assert (misprinted * constant).sum() == -4 and (misprinted * step).sum() == 0  # and it is blind to an edge
+
+
+@pytest.mark.parametrize('integrator', ['TOON', 'AO', 'DIRECT'])
+def test_threads_do_not_change_a_bit(integrator: str) -> None:
+    shapes = [FLOOR, box((-1, -1, 0), (0, 0, 1)), sphere((0.7, 0.2, 0.6), 0.6)]
+    made = scene(shapes, [sun(0.8), Lamp('POINT', (90.0, 80.0, 70.0), (2, -2, 3), size=0.2)])
+    view = camera((40, 40), (0, -4, 3), (0, 4, -3), up=(0, 0, 1), window=3.0, filter_width=1.5)
+    settings = {'samples': 4, 'ambient_strength': 0.2, 'use_ambient_occlusion': True}
+    one, four = (render(made, view, integrator, threads=threads, **settings) for threads in (1, 4))
+    assert np.array_equal(one, four) and one[..., :3].std() > 0.01
