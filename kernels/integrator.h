@@ -177,7 +177,7 @@ FN bool path_sample_light(IN(SceneData) scene, uint index, IN(PathState) path, I
 
 // A quick bound of what lamp `index` may contribute at the surface, to choose lamps by.
 FN float light_importance(IN(SceneData) scene, uint index, IN(Surface) s) {
-  const Light light = LOAD(scene.lights, index);
+  Light light = LOAD(scene.lights, index);
   if (light.type == LIGHT_SUN) {
     const float size = select(light.radius > 0.0f, 2.0f * PI * light.radius, 1.0f);
     return luminance(light.radiance) * size * max(dot(s.n, -light.axis) + sqrt(2.0f * light.radius), 0.0f);
@@ -188,7 +188,9 @@ FN float light_importance(IN(SceneData) scene, uint index, IN(Surface) s) {
   const float power = luminance(light.radiance) * select(light.radius > 0.0f, PI * r2, 1.0f);
   // The widest cosine that the light's disk can show.
   const float cosine = min(max(dot(s.n, wi), 0.0f) + light.radius / max(d, 1e-6f), 1.0f);
-  float spot = light.type == LIGHT_SPOT && light.radius < 0.1f * d ? spot_attenuation(light, wi) : 1.0f;
+  // Points of a lamp of size send light past the edge of the cone about its centre: cos(a - b) <= cos a + sin b.
+  light.cos_spot -= light.radius / max(d, 1e-6f);
+  float spot = light.type == LIGHT_SPOT && light.radius < d ? spot_attenuation(light, wi) : 1.0f;
   if (FEATURE(FEATURE_LIGHT_SHAPES) && (light.flags & LIGHT_SHAPED) != 0u) {
     const LightShape shape = LOAD(scene.light_shapes, index);
     // A lamp of size may reach past its edge to where its centre does not.

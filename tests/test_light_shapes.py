@@ -231,6 +231,22 @@ def test_many_lamps_of_all_shapes_are_picked_without_bias(scene, tmp_path):
     assert together.mean() == pytest.approx(sum(alone), rel=0.01)
 
 
+@pytest.mark.parametrize('shape', [{}, {'spot_edge': 'LINEAR', 'inner_angle': 0.39, 'outer_angle': 0.4}], ids=str)
+def test_a_spot_of_size_keeps_its_penumbra_among_many_lamps(shape, scene, tmp_path):
+    """Past the edge of the cone about its centre a lamp still sends light: it must not be left out when picked."""
+    scene.cotorra.samples = 64
+    spot = lamp(scene, 'SPOT', shape, shadow_soft_size=0.19, spot_size=0.8, spot_blend=0.0)
+    spot.location = (0.0, 0.0, 2.2)
+    alone, points = rendered(scene, tmp_path)
+    for index in range(9):
+        lamp(scene, 'POINT', {}, energy=1e-3).location = (3.9, 3.9, 0.1 + 0.1 * index)
+    among, _ = rendered(scene, tmp_path)
+    outside = np.hypot(points[..., 0], points[..., 1]) - 2.2 * math.tan(0.4)
+    ring = (outside > 0.0) & (outside < 0.25)
+    assert alone[ring].mean() > 0.02
+    assert among[ring].mean() == pytest.approx(alone[ring].mean(), rel=0.02)
+
+
 # ---- Where methods fail
 
 
