@@ -137,11 +137,13 @@ def draw_whitted(layout: bpy.types.UILayout, own: bpy.types.PropertyGroup) -> No
 
 
 def register_presets() -> None:
-    bpy.utils.register_preset_path(ROOT)
+    if hasattr(bpy.utils, 'register_preset_path'):  # else Blender shows the user's own presets alone
+        bpy.utils.register_preset_path(ROOT)
 
 
 def unregister_presets() -> None:
-    bpy.utils.unregister_preset_path(ROOT)
+    if hasattr(bpy.utils, 'unregister_preset_path'):
+        bpy.utils.unregister_preset_path(ROOT)
 
 
 CLASSES = (
