@@ -64,8 +64,8 @@ struct MaterialsInput {
   std::span<const int> pass_index;
   std::span<const uint> emission_sampling;
   std::span<const uint> emission_sides;  // 1 front, 2 back, 3 both; none: both
-  ModelsInput models;
-  std::span<const float> transmission;  // none: 0
+  ModelsInput models{};
+  std::span<const float> transmission{};  // none: 0
 };
 
 struct LightsInput {
@@ -83,13 +83,13 @@ struct LightsInput {
   std::span<const uint> visibility;
   std::span<const int> light_group;
   // What follows may be empty: lamps are then Blender's.
-  std::span<const uint> falloff;
-  std::span<const float> range;
-  std::span<const vec3> polynomial;
-  std::span<const uint> spot_edge;
-  std::span<const float> inner_angle;
-  std::span<const float> outer_angle;
-  std::span<const int> pass_index;  // the pass that shows the lamp alone, -1 = none
+  std::span<const uint> falloff{};
+  std::span<const float> range{};
+  std::span<const vec3> polynomial{};
+  std::span<const uint> spot_edge{};
+  std::span<const float> inner_angle{};
+  std::span<const float> outer_angle{};
+  std::span<const int> pass_index{};  // the pass that shows the lamp alone, -1 = none
 };
 
 struct SceneInput {
