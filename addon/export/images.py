@@ -121,25 +121,31 @@ class ImageTable:
             pixels, has_alpha = np.ascontiguousarray(pixels[:, :, :-1]), False
         srgb = coding.space == 'sRGB' and self.working_space == REC709
         known = coding.data or srgb or coding.space in (self.working_space, 'scene_linear')
-        if not known:
-            pixels = self._convert(image, pixels, coding)
         associated = has_alpha and coding.associates
         # Blender's own float buffers, and files that say so, are multiplied already.
-        if associated and coding.alpha_mode == 'STRAIGHT' and not (image.source == 'GENERATED' and image.is_float):
+        multiplied = associated and (coding.alpha_mode == 'PREMUL' or (image.source == 'GENERATED' and image.is_float))
+        if not known:
+            pixels, multiplied = self._convert(image, pixels, coding, multiplied)
+        if associated and not multiplied:
             _associate(pixels)
         self.images.append(Image(image.name, pixels, srgb))
         return Loaded(len(self.images) - 1, associated, pixels.dtype.kind == 'u')
 
-    def _convert(self, image: bpy.types.Image, pixels: NDArray, coding: Coding) -> NDArray:
-        """Into the working space, as half floats, as Cycles does with what it has no short way for."""
-        converted = _convert_colors(pixels, coding.space, self.working_space)
+    def _convert(
+        self, image: bpy.types.Image, pixels: NDArray, coding: Coding, multiplied: bool
+    ) -> tuple[NDArray, bool]:
+        """Into the working space, as half floats, as Cycles does with what it has no short way for.
+
+        multiplied: whether colours are multiplied by alpha; returned with the pixels, as it is then.
+        """
+        converted = _convert_colors(pixels, coding.space, self.working_space, multiplied)
         if isinstance(converted, str):
             self.log.warning(
                 f'Image "{image.name}": colour space "{coding.space}" cannot be converted to '
                 f'"{self.working_space}" ({converted}): its numbers are used as they are'
             )
-            return pixels
-        return converted
+            return pixels, multiplied
+        return converted, False
 
 
 def sequence_frame(user: bpy.types.ImageUser, frame: int) -> int:
@@ -237,8 +243,8 @@ def _associate(pixels: NDArray) -> None:
             row[:, :-1] *= alpha
 
 
-def _convert_colors(pixels: NDArray, space: str, target: str) -> NDArray | str:
-    """Colours from one of Blender's colour spaces to another, as half floats; or why not."""
+def _convert_colors(pixels: NDArray, space: str, target: str, multiplied: bool) -> NDArray | str:
+    """Colours from one colour space of Blender to another, as half floats, not multiplied by alpha; or why not."""
     import OpenImageIO as oiio
 
     config = os.environ.get('OCIO') or os.path.join(
@@ -249,6 +255,9 @@ def _convert_colors(pixels: NDArray, space: str, target: str) -> NDArray | str:
     if pixels.shape[2] < 3:
         colors = np.repeat(colors[:, :, :1], 3, axis=2)
     alpha = pixels[:, :, 3:] if pixels.shape[2] == 4 else pixels[:, :, 1:2] if pixels.shape[2] == 2 else None
+    if multiplied:
+        share = np.float32(1.0 / most) * alpha
+        colors = np.divide(colors, share, out=np.array(colors, np.float32), where=share > 0.0)
     source = oiio.ImageBuf(np.ascontiguousarray(colors, np.float32))
     converted = oiio.ImageBufAlgo.colorconvert(source, space, target, False, colorconfig=config)
     if converted.has_error:
