@@ -86,6 +86,57 @@ def make_scene() -> object:
     )
 
 
+def make_textured_scene() -> object:
+    """The quad with images at all of its inputs and holes in it; no image's bytes make whole words but the last's."""
+    plain = make_scene()
+    rng = np.random.default_rng(0)
+    images = tuple(
+        buffers.Image(f'image {channels}', (rng.random((3, 5, channels)) * 200).astype(kind))
+        for channels, kind in ((1, np.uint8), (2, np.float16), (3, np.uint16), (4, F32))
+    )
+    slots = np.zeros(9, buffers.TEXTURE_SLOT)
+    slots['mapping_s'], slots['mapping_t'] = (7.0, 0.0, 0.0, -3.0), (0.0, -5.0, 0.0, 2.0)
+    slots['scale'], slots['threshold'] = 0.005, np.nan
+    slots['image'], slots['interpolation'] = np.arange(9) % 4, np.arange(9) % 3
+    slots['extension'], slots['coordinates'] = np.arange(9) % 4, np.arange(9) % 4
+    textures = buffers.MaterialTextures(
+        slots=slots,
+        inputs=np.arange(9, dtype=I32)[None],
+        normal_strength=np.ones(1, F32),
+        normal_tangent=np.zeros(1, U32),
+        normal_space=np.zeros(1, U32),
+    )
+    mesh = dataclasses.replace(
+        plain.meshes[0],
+        uv=rng.random((6, 2)).astype(F32),
+        tangents=np.tile(np.array([1, 0, 0, 1], F32), (6, 1)),
+        generated=rng.random((4, 3)).astype(F32),
+    )
+    spaces = buffers.InstanceSpaces(np.eye(3, 4, dtype=F32)[None].copy())
+    return dataclasses.replace(
+        plain,
+        meshes=(mesh,),
+        images=images,
+        materials=dataclasses.replace(plain.materials, textures=textures),
+        instances=dataclasses.replace(plain.instances, spaces=spaces),
+    )
+
+
+def render_textured(settings: object) -> None:
+    """Images outlive the arrays' names, and rays that pass surfaces stay within what they may note."""
+    for limit in (0, 1, 8, 1000):
+        scene = build(make_textured_scene())
+        gc.collect()
+        chosen = dataclasses.replace(settings, transparent_bounces=limit, transparent_film=True)
+        session = cotorra_native.Session(scene, make_camera(), chosen)
+        session.start()
+        assert session.wait(60.0)
+        image = np.zeros((HEIGHT, WIDTH, 4), F32)
+        session.read('combined', image)
+        assert np.isfinite(image).all() and 0.0 < image[..., 3].mean() < 1.0
+        assert {'textures', 'transparency'} <= set(session.stats()['features'])
+
+
 def make_camera() -> object:
     transform = np.eye(3, 4, dtype=F32)
     transform[2, 3] = 3.0
@@ -122,6 +173,8 @@ def main() -> None:
     session.read('combined', image)
     assert np.isfinite(image).all() and image[..., 3].max() == 1.0
     session.stats()
+
+    render_textured(settings)
 
     # Arrays that do not fit are refused, and nothing is written through them.
     for out in (image[:, :, :3], image[:-1], image.astype(np.float64), image[:, ::2], np.zeros(3, F32)):
