@@ -51,7 +51,10 @@ struct ShadingLanes {
   Array<ModelBsdf, FEATURE(FEATURE_MODELS) ? kLanes : 1> model;
 
   void set_bsdf(std::size_t i, const Bsdf &b) {
-    if (FEATURE(FEATURE_MODELS)) model[i] = b.model;
+    if (FEATURE(FEATURE_MODELS)) {
+      model[i].model = b.model.model;
+      if (b.model.model != MODEL_PRINCIPLED) model[i] = b.model;
+    }
     n.set(i, b.n);
     diffuse.set(i, b.diffuse);
     if (FEATURE(FEATURE_TEXTURES)) n_smooth.set(i, b.n_smooth);
@@ -70,9 +73,16 @@ struct ShadingLanes {
     fresnel_f0[i] = b.fresnel_f0;
     lobes[i] = b.lobes;
   }
+  // For one lane at a time.
   Bsdf bsdf(std::size_t i) const {
+    Bsdf b = principled(i);
+    if (FEATURE(FEATURE_MODELS) && has_model(i)) b.model = model[i];
+    return b;
+  }
+  bool has_model(std::size_t i) const { return model[i].model != MODEL_PRINCIPLED; }
+  // For loops that vectorise: as if no lane had a model, which the compiler sees.
+  Bsdf principled(std::size_t i) const {
     Bsdf b{};
-    if (FEATURE(FEATURE_MODELS)) b.model = model[i];
     b.n = n.get(i);
     b.diffuse = diffuse.get(i);
     if (FEATURE(FEATURE_TEXTURES)) b.n_smooth = n_smooth.get(i);
@@ -174,13 +184,20 @@ COTORRA_FLATTEN void sample_lamp(const Light &lamp, const ShadingLanes &in, cons
   for (std::size_t i = 0; i < static_cast<std::size_t>(n); ++i) {
     LightSample l;
     light_sample(light, in.p.get(i), in.n.get(i), vec2(u[i], v[i]), l);
-    out.contribution.set(i, light_contribution(light, l, in.bsdf(i), in.wo.get(i), in.throughput.get(i), 1.0f));
+    out.contribution.set(i, light_contribution(light, l, in.principled(i), in.wo.get(i), in.throughput.get(i), 1.0f));
     const vec3 ng = in.ng.get(i);
     out.origin.set(i, surface_ray_origin(in.p.get(i), ng, in.epsilon[i], l.wi));
     const vec3 smooth = FEATURE(FEATURE_TEXTURES) ? in.n_smooth.get(i) : in.n.get(i);
     out.lift[i] = terminator_amount(in.terminator[i], dot(smooth, l.wi), dot(ng, l.wi));
     out.wi.set(i, l.wi);
     out.distance[i] = l.distance;
+  }
+  if (!FEATURE(FEATURE_MODELS)) return;
+  for (std::size_t i = 0; i < static_cast<std::size_t>(n); ++i) {
+    if (!in.has_model(i)) continue;
+    LightSample l;
+    light_sample(light, in.p.get(i), in.n.get(i), vec2(u[i], v[i]), l);
+    out.contribution.set(i, light_contribution(light, l, in.bsdf(i), in.wo.get(i), in.throughput.get(i), 1.0f));
   }
 }
 
@@ -196,15 +213,24 @@ COTORRA_FLATTEN void shape_lamp(const LightShape &lamp_shape, const Light &lamp,
   }
 }
 
+// Samples one lane's BSDF, with or without a model.
+inline void sample_bsdf_lane(const Bsdf &bsdf, const ShadingLanes &in, vec3 u, std::size_t i, BounceLanes &out) {
+  BsdfSample b;
+  bsdf_sample(bsdf, in.wo.get(i), u.x, vec2(u.y, u.z), b);
+  out.wi.set(i, b.wi);
+  out.weight.set(i, b.weight);
+  out.pdf[i] = b.pdf;
+  out.lobe[i] = b.lobe;
+}
+
 COTORRA_FLATTEN void sample_bsdf(const ShadingLanes &in, const float *choice, const float *u, const float *v, int n,
                                  BounceLanes &out) {
   for (std::size_t i = 0; i < static_cast<std::size_t>(n); ++i) {
-    BsdfSample b;
-    bsdf_sample(in.bsdf(i), in.wo.get(i), choice[i], vec2(u[i], v[i]), b);
-    out.wi.set(i, b.wi);
-    out.weight.set(i, b.weight);
-    out.pdf[i] = b.pdf;
-    out.lobe[i] = b.lobe;
+    sample_bsdf_lane(in.principled(i), in, vec3(choice[i], u[i], v[i]), i, out);
+  }
+  if (!FEATURE(FEATURE_MODELS)) return;
+  for (std::size_t i = 0; i < static_cast<std::size_t>(n); ++i) {
+    if (in.has_model(i)) sample_bsdf_lane(in.bsdf(i), in, vec3(choice[i], u[i], v[i]), i, out);
   }
 }
 
