@@ -8,15 +8,14 @@
 void gather(uint lane) {
   for (uint slot = 0u; slot < push.light_slots; ++slot) {
     const uint place = slot * WAVE.lanes + lane;
-    const float t_max = WAVE.shadow_rays.v[place].t_max;
-    if (t_max == SHADOW_NONE) continue;
+    const float share = WAVE.shadow_rays.v[place].t_max;
+    if (share == SHADOW_NONE) continue;
     const vec3 contribution = WAVE.shadow_rays.v[place].contribution;
-    const bool lit = t_max != SHADOW_BLOCKED;
-    if (lit) add_light(lane, contribution, WAVE.shadow_rays.v[place].group);
+    if (share > 0.0f) add_light(lane, contribution * share, WAVE.shadow_rays.v[place].group);
     if (FEATURE(FEATURE_DATA_PASSES) && push.bounce == 0u) {
       const float l = luminance(contribution);
       WAVE.records.v[lane].unshadowed += l;
-      WAVE.records.v[lane].lit += lit ? l : 0.0f;
+      WAVE.records.v[lane].lit += l * share;
     }
   }
 }

@@ -44,7 +44,9 @@ void main() {
       WAVE.shadow_rays.v[place].t_max = SHADOW_NONE;
       continue;
     }
+    const bool shadow = ray.visibility != 0u;
+    if (!shadow) ray.t_max = 1.0f;  // all of it arrives
     STORE(WAVE.shadow_rays, place, ray);
-    if (ray.visibility != 0u) STORE(WAVE.shadows_queue, append(WAVE_SHADOWS), place);
+    if (shadow) STORE(WAVE.shadows_queue, append(WAVE_SHADOWS), place);
   }
 }

@@ -48,6 +48,7 @@ void main() {
   const CameraRay ray = LOAD(WAVE.rays, lane);
   const PathState path = LOAD(WAVE.paths, lane);
   const Hit hit = LOAD(WAVE.hits, lane);
+  if (FEATURE(FEATURE_TRANSPARENCY) && hit.t == HIT_ENDED) return;
   const bool missed = hit.instance == INVALID_ID;
   const bool meets = path.bounce > 0u ? FEATURE(FEATURE_BSDF_RAYS) : flag(WAVE_CAMERA_MEETS_LIGHTS);
   if (FEATURE(FEATURE_VISIBLE_LIGHTS) && meets) {
@@ -59,13 +60,17 @@ void main() {
   }
   Surface s;
   surface_from_hit(WAVE.scene, hit, ray.direction, s);
-  const Material material = LOAD(WAVE.scene.materials, s.material);
+  Material material = LOAD(WAVE.scene.materials, s.material);
   if (FEATURE(FEATURE_EMISSIVE_MESHES) && (material.flags & MATERIAL_EMISSIVE) != 0u) {
     const vec3 emitted = path_emission(WAVE.scene, path, s, material, -ray.direction, hit.t);
     add_light(lane, emitted, WAVE.scene.instances.v[hit.instance].light_group);
     if (FEATURE(FEATURE_DATA_PASSES) && path.bounce == 0u) WAVE.records.v[lane].emission += emitted;
   }
   if (path_is_last(WAVE.integrator, path)) return;  // it only brought light home
+  if (FEATURE(FEATURE_TEXTURES)) {
+    material_fetch(WAVE.scene, s, material);
+    s.n = material_normal(WAVE.scene, s);
+  }
   Bsdf bsdf;
   bsdf_prepare(WAVE.scene, material, s.n, s.ng, -ray.direction, bsdf);
   if (FEATURE(FEATURE_DATA_PASSES) && path.bounce == 0u) record(lane, s, material, bsdf);

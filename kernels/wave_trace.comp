@@ -4,18 +4,45 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "stage.glsl"
+#include "alpha.h"
+
+// Does the surface let the ray through? At random, in proportion to what it keeps.
+bool lets_through(Hit hit, PathState path, uint block_seed) {
+  TexturePoint at;
+  at.instance = hit.instance;
+  at.triangle = hit.triangle;
+  at.u = hit.u;
+  at.v = hit.v;
+  const float alpha = alpha_at(WAVE.scene, at);
+  if (alpha >= 1.0f) return false;
+  return alpha_number(path.random, path.bounce, block_seed, hit.instance, hit.triangle) >= alpha;
+}
 
 void main() {
   if (beyond(WAVE_RAYS)) return;
   const uint lane = LOAD(WAVE.rays_queue, gl_GlobalInvocationID.x);
   const CameraRay ray = LOAD(WAVE.rays, lane);
-  const uint mask = WAVE.paths.v[lane].ray_kind & VISIBLE_ALL;
+  const PathState path = LOAD(WAVE.paths, lane);
+  const uint limit = max(WAVE.transparent_bounces, 1u);  // one is allowed anyway, as in Cycles
+  uint crossed = 0u;
+  float t_min = ray.t_min;
   Hit hit;
-  hit.t = ray.t_max;
-  hit.u = 0.0f;
-  hit.v = 0.0f;
-  hit.triangle = 0u;
-  hit.instance = INVALID_ID;
-  bvh_trace(WAVE.bvh, ray.origin, ray.direction, ray.t_min, mask, false, hit);
+  while (true) {
+    hit.t = ray.t_max;
+    hit.u = 0.0f;
+    hit.v = 0.0f;
+    hit.triangle = 0u;
+    hit.instance = INVALID_ID;
+    bvh_trace(WAVE.bvh, ray.origin, ray.direction, t_min, path.ray_kind & VISIBLE_ALL, false, hit);
+    if (!FEATURE(FEATURE_TRANSPARENCY) || hit.instance == INVALID_ID) break;
+    if (!lets_through(hit, path, pixel_of(lane).block_seed)) break;
+    crossed += 1u;
+    if (crossed > limit && limit < WAVE_UNLIMITED) break;
+    t_min = hit.t;
+  }
+  if (FEATURE(FEATURE_TRANSPARENCY) && limit < WAVE_UNLIMITED) {
+    // The surface behind the last one that may be crossed ends a path, too, as in Cycles.
+    if (crossed > limit || (crossed == limit && hit.instance != INVALID_ID)) hit.t = HIT_ENDED;
+  }
   STORE(WAVE.hits, lane, hit);
 }

@@ -33,9 +33,13 @@ const uint WAVE_CAMERA_MEETS_LIGHTS = 2u;
 const uint WAVE_LAST_RAYS_FIND_LIGHT = 4u;
 const uint WAVE_ALL_LIGHTS = 8u;            // every lamp is sampled at each vertex
 
-// What ShadowRay.t_max says once a shadow ray was traced, where it is not the length of a ray that arrived.
-const float SHADOW_NONE = -2.0f;
-const float SHADOW_BLOCKED = -1.0f;
+// Transparent surfaces that a ray may cross: from here on, any number.
+const uint WAVE_UNLIMITED = 256u;
+
+// What ShadowRay.t_max says once a light sample is done: the share of it that arrives, or that there is none; and what
+// Hit.t says of a ray that crossed more transparent surfaces than it may.
+const float SHADOW_NONE = -1.0f;
+const float HIT_ENDED = -1.0f;
 
 struct WavePixel {
   uint x;  // in the whole picture
@@ -115,7 +119,7 @@ struct WaveData {
   uint flags;  // WAVE_*
   uint light_groups;
   uint adaptive;  // film_odd is kept
-  uint unused;
+  uint transparent_bounces;
 };
 BUFFER_REF(WaveData, WaveDataBuffer)
 

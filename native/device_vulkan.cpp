@@ -13,7 +13,8 @@ namespace {
 // What the stages have; the rest is the CPU's alone so far.
 constexpr std::uint32_t kFeatures = FEATURE_BOUNCES | FEATURE_SOFT_LIGHTS | FEATURE_VISIBLE_LIGHTS |
                                     FEATURE_EMISSIVE_MESHES | FEATURE_WORLD | FEATURE_SPECULAR | FEATURE_BSDF_RAYS |
-                                    FEATURE_DATA_PASSES | FEATURE_LIGHT_GROUPS | FEATURE_LIGHT_SHAPES;
+                                    FEATURE_DATA_PASSES | FEATURE_LIGHT_GROUPS | FEATURE_LIGHT_SHAPES | FEATURE_MODELS |
+                                    FEATURE_TEXTURES | FEATURE_TRANSPARENCY;
 constexpr std::size_t kLargestTile = 32 * 32;  // pixels; a session's tiles may be smaller
 
 class VulkanDevice final : public Device {

@@ -163,6 +163,7 @@ class Scene {
   std::span<const uint> material_slots() const { return material_slots_; }
   MeshLengths mesh_lengths(std::size_t mesh) const { return storage_[mesh].lengths; }
   bool flattened(std::size_t mesh) const { return storage_[mesh].flattened; }
+  const Textures &textures() const { return textures_; }
   static std::span<const float> albedo();
 
   // Instance that an Embree hit belongs to is first_instances()[top-level geometry] + its place in an instance array.

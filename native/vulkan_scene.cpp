@@ -17,6 +17,31 @@ constexpr std::uint64_t kAlignment = 16;
 
 std::uint64_t aligned(std::uint64_t size) { return (size + kAlignment - 1) / kAlignment * kAlignment; }
 
+std::span<const uint> texels_of(const Texture &texture) {
+  const std::size_t bytes = texture.format == TEXELS_UINT8 ? 1 : texture.format == TEXELS_FLOAT ? 4 : 2;
+  const std::size_t numbers = std::size_t{texture.width} * texture.height * texture.channels;
+  return {texture.texels.v, (numbers * bytes + sizeof(uint) - 1) / sizeof(uint)};
+}
+
+void upload_textures(const Scene &scene, Uploader &uploader, SceneData &data) {
+  const Textures &source = scene.textures();
+  std::vector<Texture> images = source.images;
+  for (Texture &image : images) image.texels.v = uploader.put(texels_of(image), "images");
+  std::vector<MeshTextures> meshes = source.meshes;
+  for (std::size_t k = 0; k < meshes.size(); ++k) {
+    MeshTextures &mesh = meshes[k];
+    const std::size_t tangents = std::size_t{mesh.tangent_layers} * mesh.corner_count;
+    const std::size_t generated = mesh.generated.v != nullptr ? scene.mesh_lengths(k).positions : 0;
+    mesh.tangents.v = uploader.put(std::span(mesh.tangents.v, tangents), "tangents");
+    mesh.generated.v = uploader.put(std::span(mesh.generated.v, generated), "texture coordinates");
+  }
+  data.textures.v = uploader.put(std::span<const Texture>(images), "images");
+  data.texture_slots.v = uploader.put(std::span(source.slots), "texture slots");
+  data.material_inputs.v = uploader.put(std::span(source.inputs), "materials");
+  data.mesh_textures.v = uploader.put(std::span<const MeshTextures>(meshes), "meshes");
+  data.object_spaces.v = uploader.put(std::span(source.spaces), "instances");
+}
+
 }  // namespace
 
 Uploader::Uploader(LogicalDevice &device) : device_(device), staging_(device, kStaging, "copying", true) {}
@@ -83,6 +108,7 @@ void upload_scene(const Scene &scene, std::uint32_t features, Uploader &uploader
   data.models.v = uploader.put(std::span(data.models.v, models), "reflection models");
   const std::size_t shapes = (features & FEATURE_LIGHT_SHAPES) != 0 ? data.light_count : 0;
   data.light_shapes.v = uploader.put(std::span(data.light_shapes.v, shapes), "light shapes");
+  upload_textures(scene, uploader, data);  // nothing, where no material reads an image
   data.classic.v = nullptr;  // of the integrators that only the CPU has
 }
 

@@ -185,6 +185,7 @@ void WavefrontOnCard::describe_job() {
   wave_.sample_bits = job_.sample_bits;
   wave_.light_groups = job_.passes.light_groups;
   wave_.adaptive = job_.passes.error ? 1u : 0u;
+  wave_.transparent_bounces = job_.transparent_bounces;
   if (job_.transparent) wave_.flags |= WAVE_TRANSPARENT;
   if (job_.camera_meets_lights) wave_.flags |= WAVE_CAMERA_MEETS_LIGHTS;
   if (job_.last_rays_find_light) wave_.flags |= WAVE_LAST_RAYS_FIND_LIGHT;

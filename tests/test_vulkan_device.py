@@ -166,6 +166,24 @@ def rich_scene(lamps: int) -> bpy.types.Scene:
     return scene
 
 
+def test_models_transparency_and_falloffs(module: ModuleType) -> None:
+    """What materials and lamps can be beyond Blender's own."""
+    scene = rich_scene(3)
+    models = ('PHONG', 'COOK_TORRANCE', 'OREN_NAYAR')
+    for made, model in zip((m for m in bpy.data.materials if m.name != 'Glow'), models, strict=True):
+        made.cotorra.model = model
+    build.principled(bpy.data.materials['Plastic']).inputs['Alpha'].default_value = 0.4
+    bpy.data.lights['Point'].cotorra.falloff = 'RANGED'
+    bpy.data.lights['Point'].cotorra.range = 6.0
+    job = job_of(module, scene, integrator='PATH', samples=8, passes=('combined', 'shadow'))
+    cpu, _ = job.render('CPU')
+    gpu, stats = job.render('VULKAN')
+    assert {'transparency', 'reflection models', 'light shapes'} <= set(stats['features'])
+    for name in job.settings.passes:
+        compare(cpu[name], gpu[name], 0.06, name)
+        assert gpu[name].mean() == pytest.approx(cpu[name].mean(), rel=0.002)
+
+
 @pytest.mark.parametrize('lamps', [3, 11])
 def test_a_scene_with_everything(module: ModuleType, lamps: int) -> None:
     """Up to eight lamps are all sampled at each vertex, of more some are picked."""
