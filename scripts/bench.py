@@ -37,6 +37,9 @@ def parse(arguments: list[str] | None) -> argparse.Namespace:
     parser.add_argument('--size', default='320x180', help='WxH (default: 320x180)')
     parser.add_argument('--threads', type=int, default=os.cpu_count() or 1, help='default: all')
     parser.add_argument('--engine', default='COTORRA', choices=('COTORRA', 'CYCLES'), help='CYCLES: check of the bench')
+    parser.add_argument(
+        '--device', type=str.upper, default='CPU', choices=('CPU', 'VULKAN'), help="Cotorra's: cpu, vulkan"
+    )
     parser.add_argument('--constants', action='store_true', help='cut textures off: constant materials and world')
     parser.add_argument('--against', choices=('mitsuba',), help='this instead of Cycles, where its wheel is installed')
     parser.add_argument('--json', type=Path, help='everything measured')
@@ -76,8 +79,10 @@ def bench_case(case: runner.Case, blender: int, options: argparse.Namespace) -> 
         case, 'CYCLES', counts, [1 + seed for seed in seeds], options.reference_samples, (1001, 1002)
     )
     result, same = judge.verdict(ours, renders, reference, cycles, cycles_reference, blender)
-    if options.engine == 'COTORRA':
+    if options.engine == 'COTORRA' and case.device == 'CPU':
         result['tracing'] = runner.tracing(case, counts[0])
+    elif options.engine == 'COTORRA':
+        result['device'] = runner.device_figures(renders)
     width, height = case.size
     title = f'{case.source.name}, {case.bounces} bounces, {width}×{height}, {case.threads} threads'
     print(report.case_text(title, result, same, width * height) + '\n', flush=True)
@@ -99,7 +104,7 @@ def bench_scenes(options: argparse.Namespace) -> list[dict[str, Any]]:
     for source in options.sources:
         blender = None
         for bounces in options.bounces:
-            case = runner.Case(source, bounces, options.size, options.threads, options.constants)
+            case = runner.Case(source, bounces, options.size, options.threads, options.constants, options.device)
             try:
                 blender = runner.blender_memory(case) if blender is None else blender
                 cases.append(bench_case(case, blender, options))

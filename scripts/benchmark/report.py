@@ -84,6 +84,8 @@ def case_text(title: str, result: dict[str, Any], same: SameImage, pixels: int) 
             f'  million rays a second and thread: ours {ours:.2f}, Embree alone on the same rays {embree:.2f}, '
             f'ratio {ray_share(tracing):.1%} ({kinds})'
         )
+    if 'device' in result:
+        text.append(device_text(result['device']))
     bad = max(max(row['own']['bad'], row['cycles']['bad']) for row in result['rows'])
     if bad:
         text.append(f'  {bad} PIXELS WITH NaN OR INFINITY were left out')
@@ -92,6 +94,17 @@ def case_text(title: str, result: dict[str, Any], same: SameImage, pixels: int) 
         text.append(f'  noisy references: {share:.0%} of an error was subtracted for them; raise --reference-samples')
     text += ['  ' + line for line in describe(same).splitlines()]
     return '\n'.join(text)
+
+
+def device_text(figures: dict[str, Any]) -> str:
+    """A graphics card's rays and what it took before the first."""
+    rays = ', '.join(f'{kind} {count / figures["seconds"] / 1e6:.2f}' for kind, count in figures['rays'].items())
+    return (
+        f'  {figures["device"]} ({figures["isa"]} tracing), million rays a second: {rays}\n'
+        f'  seconds: BVH {figures["device_build_seconds"]:.2f}, upload {figures["upload_seconds"]:.2f}, '
+        f'compiling {figures["compile_seconds"]:.2f}, first samples after {figures["first_seconds"]:.2f}, '
+        f'warm {figures["warm_first_seconds"]:.2f}; {figures["device_bytes"] / 2**20:.0f} MiB on the device'
+    )
 
 
 def ray_share(tracing: dict[str, Any]) -> float:

@@ -32,6 +32,7 @@ class Case:
     size: tuple[int, int]
     threads: int
     constants: bool = False
+    device: str = 'CPU'  # Cotorra's; Cycles is always on the CPU
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,6 +78,7 @@ def task_of(case: Case, engine: str, jobs: list[dict[str, Any]]) -> dict[str, An
         'size': case.size,
         'threads': case.threads,
         'constants': case.constants,
+        'device': case.device,
         'jobs': jobs,
     }
 
@@ -125,6 +127,8 @@ def reference_folder(case: Case, engine: str, samples: int) -> Path:
     """Where the two halves of a reference lie; the name is the digest of all that they depend on but the threads."""
     fair = (Path(__file__).parent / 'fair.py').read_bytes()
     parts = (case.source.digest(), case.bounces, case.size, case.constants, engine_digest(engine), samples, fair)
+    if engine == 'COTORRA' and case.device != 'CPU':
+        parts += (case.device,)
     return CACHE / hashlib.sha256(repr(parts).encode()).hexdigest()[:20]
 
 
@@ -139,6 +143,19 @@ def tracing(case: Case, samples: int) -> dict[str, Any]:
     """Cotorra's rays and its threads' seconds, and Embree's for the same rays alone."""
     jobs = [{'samples': samples, 'seed': 1, 'output': ''}]
     return run_worker(task_of(case, 'BENCH_TRACE', jobs))['tracing']
+
+
+def device_figures(renders: list[Render]) -> dict[str, Any]:
+    """What a graphics card took before its first sample, and its rays; of the first render, the one of most samples."""
+    first = max(renders, key=lambda render: render.samples)
+    session = first.stats['layers'][0]['session']
+    keys = ('device', 'isa', 'device_build_seconds', 'upload_seconds', 'compile_seconds', 'first_seconds')
+    warm = min(render.stats['layers'][0]['session']['first_seconds'] for render in renders)
+    return {key: session[key] for key in (*keys, 'device_bytes')} | {
+        'rays': first.stats['rays'],
+        'seconds': first.render,
+        'warm_first_seconds': warm,
+    }
 
 
 def measure(

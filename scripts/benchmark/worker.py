@@ -178,6 +178,9 @@ def main() -> None:
     scenes.build(scenes.SceneSource(**task['source']))
     cut = scenes.strip_textures() if task['constants'] else []
     fair.make_fair(bpy.context.scene, engine, task['bounces'], tuple(task['size']), task['threads'])
+    if engine == 'COTORRA':
+        own = bpy.context.scene.cotorra
+        own.device, own.use_device_fallback = task['device'], False
     bpy.context.view_layer.update()
 
     first_sample = FirstSample()
