@@ -281,9 +281,10 @@ FN float bump_shadowing(IN(Bsdf) bsdf, vec3 wi) {
   if (!FEATURE(FEATURE_TEXTURES)) return 1.0f;
   const float bend = dot(bsdf.n, bsdf.n_smooth);
   const float height = dot(bsdf.n_smooth, wi);
-  const float bend2 = clamp(bend * bend, 1e-12f, 1.0f);
+  // The sine by a cross product: 1 - bend^2 would find a bend where there is none, and darken grazing light.
+  const vec3 sine = cross(bsdf.n, bsdf.n_smooth);
   const float height2 = clamp(height * height, 1e-12f, 1.0f);
-  const float alpha2 = min(0.125f * (1.0f - bend2) / bend2, 1.0f);
+  const float alpha2 = min(0.125f * dot(sine, sine) / max(bend * bend, 1e-12f), 1.0f);
   const float kept = 2.0f / (1.0f + sqrt(1.0f + alpha2 * (1.0f - height2) / height2));
   return select(bend > 0.0f && height > 0.0f, kept, 0.0f);
 }
