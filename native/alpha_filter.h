@@ -26,6 +26,7 @@ struct AlphaContext {
   uint limit = 0;                    // transparent surfaces that a ray may pass
   std::array<uint, kWidth> passed{};
   std::array<float, kWidth> kept{};  // shadow rays: share of their light that is left
+  std::array<std::array<std::uint64_t, 16>, kWidth> crossed{};  // shadow rays: triangles that were passed last
   // Paths: distances to the surfaces passed, the nearest limit + 1 of each ray, in order.
   std::vector<float> distances;
 };
@@ -83,14 +84,30 @@ void filter_path(const embree::FilterArguments *a) {
   }
 }
 
+// Did shadow ray `id` pass this triangle before? Embree's packets ask of one in ten twice.
+template <int kWidth>
+bool crossed_before(AlphaContext<kWidth> &c, std::size_t id, const TexturePoint &at) {
+  const std::uint64_t key = std::uint64_t{at.instance} << 32 | at.triangle;
+  auto &crossed = c.crossed[id];
+  const auto end = crossed.begin() + std::min<std::ptrdiff_t>(c.passed[id], std::ssize(crossed));
+  if (std::find(crossed.begin(), end, key) != end) return true;
+  crossed[c.passed[id] % crossed.size()] = key;
+  return false;
+}
+
 // For shadow rays.
 template <int kWidth>
 void filter_shadow(const embree::FilterArguments *a) {
   auto &c = *reinterpret_cast<AlphaContext<kWidth> *>(a->context);
   for (std::size_t k = 0; k < a->count; ++k) {
     if (a->valid[k] == 0) continue;
-    const float left = 1.0f - alpha_at(*c.scene, filtered_point(c, *a, k));
+    const TexturePoint at = filtered_point(c, *a, k);
     const auto id = filter_field<std::uint32_t>(a->ray, kRayId, *a, k);
+    const float left = 1.0f - alpha_at(*c.scene, at);
+    if (left > 0.0f && crossed_before(c, id, at)) {
+      a->valid[k] = 0;
+      continue;
+    }
     c.kept[id] *= left;
     if (left > 0.0f && (++c.passed[id] <= c.limit || c.limit >= kUnlimited)) a->valid[k] = 0;
   }

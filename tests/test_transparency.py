@@ -192,3 +192,13 @@ def test_same_bits_on_any_threads() -> None:
         render(made, camera(0.9, 70), samples=5, threads=threads, integrator='PATH')['combined'] for threads in (1, 4)
     ]
     assert (pictures[0] == pictures[1]).all()
+
+
+def test_a_shadow_ray_is_dimmed_once_by_each_triangle() -> None:
+    """Embree's packets of rays that spread ask of some triangles twice."""
+    frame = np.eye(3, 4, dtype=F32)[None].copy()
+    frame[0, :, 3] = 0.3, 0.2, 1.0
+    lamp = replace(SUN, type=np.zeros(1, U32), transform=frame)
+    picture = render(layers([1.0, 0.4], [0.8, 0.0], lights=lamp), SMALL, samples=16, passes=('combined', 'shadow'))
+    # Between that of the floor and that of the layer, which nothing stands above.
+    assert picture['shadow'].min() > 0.599 and picture['shadow'].max() <= 1.0

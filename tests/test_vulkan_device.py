@@ -174,7 +174,7 @@ def test_models_transparency_and_falloffs(module: ModuleType) -> None:
     models = ('PHONG', 'OREN_NAYAR', 'COOK_TORRANCE')
     for made, model in zip((m for m in bpy.data.materials if m.name != 'Glow'), models, strict=True):
         made.cotorra.model = model
-    build.principled(bpy.data.materials['Mirror']).inputs['Alpha'].default_value = 0.4
+    build.principled(bpy.data.materials['Plastic']).inputs['Alpha'].default_value = 0.4
     bpy.data.lights['Point'].cotorra.falloff = 'RANGED'
     bpy.data.lights['Point'].cotorra.range = 6.0
     job = job_of(module, scene, integrator='PATH', samples=8, passes=('combined', 'shadow'))
