@@ -90,25 +90,45 @@ FN vec3 material_slot(IN(SceneData) scene, int slot_index, IN(TexturePoint) at) 
 
 FN float unit_clamp(float a) { return clamp(a, 0.0f, 1.0f); }
 
-// Sets the inputs that read images, clamped as the Principled BSDF's. Emission is left out: see material_emission.
+// The inputs that material_resolve sets, by number.
+const uint RESOLVED_INPUTS = 6u;
+
+// Slot of input `number`, -1 where it is a constant.
+FN int material_input_slot(IN(MaterialInputs) inputs, uint number) {
+  int slot = inputs.base_color;
+  slot = select(number == 1u, inputs.specular_tint, slot);
+  slot = select(number == 2u, inputs.metallic, slot);
+  slot = select(number == 3u, inputs.roughness, slot);
+  slot = select(number == 4u, inputs.ior, slot);
+  return select(number == 5u, inputs.specular_level, slot);
+}
+
+// Sets input `number`, clamped as the Principled BSDF's.
+FN void material_set_input(uint number, vec3 value, INOUT(Material) m) {
+  if (number == 0u) m.base_color = max(value, vec3(0.0f));
+  if (number == 1u) m.specular_tint = max(value, vec3(0.0f));
+  if (number == 2u) m.metallic = unit_clamp(value.x);
+  if (number == 3u) {
+    m.roughness = unit_clamp(value.x);
+    // Of other models the scene's flag holds, which is set where any texel could be sharp.
+    if ((m.flags & MATERIAL_MODEL) == 0u && m.roughness >= SHARP_ROUGHNESS) m.flags &= ~MATERIAL_SHARP;
+  }
+  if (number == 4u) m.ior = max(value.x, 1e-5f);
+  if (number == 5u) m.specular_level = max(value.x, 0.0f);
+}
+
+// Sets the inputs that read images. Emission is left out: see material_emission. In a loop, since compilers for
+// graphics cards copy what is called to each place that calls it, and one lookup of an image is long.
 FN void material_resolve(IN(SceneData) scene, uint index, IN(TexturePoint) at, INOUT(Material) m) {
   const MaterialInputs inputs = LOAD(scene.material_inputs, index);
   LastLookup last;
   last.texel = vec4(0.0f, 0.0f, 0.0f, 0.0f);
   last.lookup = INVALID_ID;
-  if (inputs.base_color >= 0) m.base_color = max(material_input(scene, inputs.base_color, at, last), vec3(0.0f));
-  if (inputs.specular_tint >= 0) {
-    m.specular_tint = max(material_input(scene, inputs.specular_tint, at, last), vec3(0.0f));
-  }
-  if (inputs.metallic >= 0) m.metallic = unit_clamp(material_input(scene, inputs.metallic, at, last).x);
-  if (inputs.roughness >= 0) {
-    m.roughness = unit_clamp(material_input(scene, inputs.roughness, at, last).x);
-    // Of other models the scene's flag holds, which is set where any texel could be sharp.
-    if ((m.flags & MATERIAL_MODEL) == 0u && m.roughness >= SHARP_ROUGHNESS) m.flags &= ~MATERIAL_SHARP;
-  }
-  if (inputs.ior >= 0) m.ior = max(material_input(scene, inputs.ior, at, last).x, 1e-5f);
-  if (inputs.specular_level >= 0) {
-    m.specular_level = max(material_input(scene, inputs.specular_level, at, last).x, 0.0f);
+  for (uint number = 0u; number < RESOLVED_INPUTS; ++number) {
+    const int slot = material_input_slot(inputs, number);
+    if (slot < 0) continue;
+    const vec3 value = material_input(scene, slot, at, last);
+    material_set_input(number, value, m);
   }
 }
 

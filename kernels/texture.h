@@ -90,53 +90,40 @@ FN vec4 cubic_weights(float t) {
               ((-0.5f * t + 0.5f) * t + 0.5f) * t + a, a * t * t * t);
 }
 
-FN vec4 texture_linear(IN(Texture) t, float x, float y, uint extension) {
-  float fx;
-  float fy;
-  // Texels have their values at their centres.
-  const int ix = texture_split(x - 0.5f, fx);
-  const int iy = texture_split(y - 0.5f, fy);
-  const int x0 = texture_wrap(ix, int(t.width), extension);
-  const int x1 = texture_wrap(ix + 1, int(t.width), extension);
-  const int y0 = texture_wrap(iy, int(t.height), extension);
-  const int y1 = texture_wrap(iy + 1, int(t.height), extension);
-  const vec4 low = texture_texel(t, x0, y0) * (1.0f - fx) + texture_texel(t, x1, y0) * fx;
-  const vec4 high = texture_texel(t, x0, y1) * (1.0f - fx) + texture_texel(t, x1, y1) * fx;
-  return low * (1.0f - fy) + high * fy;
+// Weights of the texels of a row or column: one, two or four, by the way to the next texel.
+FN vec4 texture_weights(uint interpolation, float fraction) {
+  if (interpolation == INTERPOLATION_LINEAR) return vec4(1.0f - fraction, fraction, 0.0f, 0.0f);
+  if (interpolation == INTERPOLATION_CUBIC) return cubic_weights(fraction);
+  return vec4(1.0f, 0.0f, 0.0f, 0.0f);
 }
 
-// Four texels of row y from column x on, weighted.
-FN vec4 texture_cubic_row(IN(Texture) t, int x, int y, vec4 weights, uint extension) {
-  const int n = int(t.width);
-  const int row = texture_wrap(y, int(t.height), extension);
-  return texture_texel(t, texture_wrap(x, n, extension), row) * weights.x +
-         texture_texel(t, texture_wrap(x + 1, n, extension), row) * weights.y +
-         texture_texel(t, texture_wrap(x + 2, n, extension), row) * weights.z +
-         texture_texel(t, texture_wrap(x + 3, n, extension), row) * weights.w;
+FN float texture_weight(vec4 weights, int i) {
+  return select(i == 0, weights.x, select(i == 1, weights.y, select(i == 2, weights.z, weights.w)));
 }
 
-FN vec4 texture_cubic(IN(Texture) t, float x, float y, uint extension) {
-  float fx;
-  float fy;
-  const int ix = texture_split(x - 0.5f, fx) - 1;
-  const int iy = texture_split(y - 0.5f, fy) - 1;
-  const vec4 wx = cubic_weights(fx);
-  const vec4 wy = cubic_weights(fy);
-  return texture_cubic_row(t, ix, iy, wx, extension) * wy.x + texture_cubic_row(t, ix, iy + 1, wx, extension) * wy.y +
-         texture_cubic_row(t, ix, iy + 2, wx, extension) * wy.z +
-         texture_cubic_row(t, ix, iy + 3, wx, extension) * wy.w;
-}
-
-// The image at (s, t), filtered; (0, 0) is its lower left corner, (1, 1) its upper right one.
+// The image at (s, t), filtered; (0, 0) is its lower left corner, (1, 1) its upper right one. One loop for all filters,
+// since compilers for graphics cards copy what is called to each place that calls it.
 FN vec4 texture_filtered(IN(Texture) t, vec2 st, uint interpolation, uint extension) {
-  const float x = st.x * float(int(t.width));
-  const float y = st.y * float(int(t.height));
-  if (interpolation == INTERPOLATION_LINEAR) return texture_linear(t, x, y, extension);
-  if (interpolation == INTERPOLATION_CUBIC) return texture_cubic(t, x, y, extension);
-  float unused;
-  const int ix = texture_wrap(texture_split(x, unused), int(t.width), extension);
-  const int iy = texture_wrap(texture_split(y, unused), int(t.height), extension);
-  return texture_texel(t, ix, iy);
+  const int taps = select(interpolation == INTERPOLATION_LINEAR, 2, select(interpolation == INTERPOLATION_CUBIC, 4, 1));
+  // Texels have their values at their centres.
+  const float centre = select(taps == 1, 0.0f, 0.5f);
+  const int before = select(taps == 4, 1, 0);
+  float fx;
+  float fy;
+  const int x = texture_split(st.x * float(int(t.width)) - centre, fx) - before;
+  const int y = texture_split(st.y * float(int(t.height)) - centre, fy) - before;
+  const vec4 wx = texture_weights(interpolation, fx);
+  const vec4 wy = texture_weights(interpolation, fy);
+  vec4 sum = vec4(0.0f, 0.0f, 0.0f, 0.0f);
+  for (int j = 0; j < taps; ++j) {
+    const int row = texture_wrap(y + j, int(t.height), extension);
+    vec4 line = vec4(0.0f, 0.0f, 0.0f, 0.0f);
+    for (int i = 0; i < taps; ++i) {
+      line = line + texture_texel(t, texture_wrap(x + i, int(t.width), extension), row) * texture_weight(wx, i);
+    }
+    sum = sum + line * texture_weight(wy, j);
+  }
+  return sum;
 }
 
 // A filtered texel without its alpha, linear.

@@ -47,21 +47,25 @@ TEXTURES = [
     Case(
         'texels',
         'Texture t = LOAD(scene.textures, index); number = texture_component(t, which % (t.width * t.height));'
-        'texel = texture_texel(t, int(which % (t.width + 1u)) - 1, int((which >> 8) % t.height));'
-        'row = texture_cubic_row(t, int(which % 9u) - 4, int(which % 7u) - 3, weights, extension);',
-        {'index': TEXTURE_INDEX, 'which': UINT, 'weights': ('vec4', vectors(uniform(), 4)), 'extension': EXTENSION},
-        {'number': 'float', 'texel': 'vec4', 'row': 'vec4'},
+        'texel = texture_texel(t, int(which % (t.width + 1u)) - 1, int((which >> 8) % t.height));',
+        {'index': TEXTURE_INDEX, 'which': UINT},
+        {'number': 'float', 'texel': 'vec4'},
         ROUNDING,
         scene=True,
     ),
     Case(
         'texture_filters',
         'Texture t = LOAD(scene.textures, index);'
-        'flat_texel = texture_filtered(t, st, interpolation, extension);'
-        'const float x = st.x * float(int(t.width)); const float y = st.y * float(int(t.height));'
-        'linear = texture_linear(t, x, y, extension); cubic = texture_cubic(t, x, y, extension);',
-        {'index': TEXTURE_INDEX, 'st': ('vec2', vectors(FAR[1], 2)), 'interpolation': WORDS, 'extension': EXTENSION},
-        {'flat_texel': 'vec4', 'linear': 'vec4', 'cubic': 'vec4'},
+        'texel = texture_filtered(t, st, interpolation, extension);'
+        'weights = texture_weights(interpolation, fraction); weight = texture_weight(weights, int(interpolation));',
+        {
+            'index': TEXTURE_INDEX,
+            'st': ('vec2', vectors(FAR[1], 2)),
+            'interpolation': WORDS,
+            'extension': EXTENSION,
+            'fraction': UNIT,
+        },
+        {'texel': 'vec4', 'weights': 'vec4', 'weight': 'float'},
         STEPS,
         scene=True,
     ),
@@ -110,6 +114,15 @@ INPUTS = [
         {'index': SLOT_INDEX, 'other': SLOT_INDEX, 'at': AT},
         {'first': 'vec3', 'second': 'vec3', 'alone': 'vec3', 'bounded': 'float'},
         STEPS,
+        scene=True,
+    ),
+    Case(
+        'material_inputs_by_number',
+        'const MaterialInputs inputs = LOAD(scene.material_inputs, s.material);'
+        'slot = uint(material_input_slot(inputs, number)); material = LOAD(scene.materials, s.material);'
+        'material_set_input(number, value, material);',
+        {'s': SURFACE, 'number': ('uint', integers(7)), 'value': POINT},
+        {'slot': 'uint', 'material': 'Material'},
         scene=True,
     ),
     Case(
