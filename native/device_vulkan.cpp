@@ -10,12 +10,11 @@
 namespace cotorra {
 namespace {
 
-// What the stages have; the rest is the CPU's alone so far. Textures are laid out for the card and read by the stages,
-// but drivers inline each of the dozen places where an image is read: Mesa's took more than 45 s over them.
+// What the stages have; the rest is the CPU's alone so far.
 constexpr std::uint32_t kFeatures = FEATURE_BOUNCES | FEATURE_SOFT_LIGHTS | FEATURE_VISIBLE_LIGHTS |
                                     FEATURE_EMISSIVE_MESHES | FEATURE_WORLD | FEATURE_SPECULAR | FEATURE_BSDF_RAYS |
                                     FEATURE_DATA_PASSES | FEATURE_LIGHT_GROUPS | FEATURE_LIGHT_SHAPES | FEATURE_MODELS |
-                                    FEATURE_TRANSPARENCY;
+                                    FEATURE_TRANSPARENCY | FEATURE_TEXTURES;
 constexpr std::size_t kLargestTile = 32 * 32;  // pixels; a session's tiles may be smaller
 
 class VulkanDevice final : public Device {

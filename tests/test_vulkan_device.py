@@ -97,7 +97,7 @@ def job_of(module: ModuleType, scene: bpy.types.Scene, size: tuple[int, int] = S
     return Job(module, buffers, camera, RenderSettings(**settings))
 
 
-def compare(cpu: np.ndarray, gpu: np.ndarray, flips: float, what: str) -> None:
+def compare(cpu: np.ndarray, gpu: np.ndarray, flips: float, what: str, allowed: float = ROUNDING) -> None:
     """All but the share `flips` of the pixels differ by rounding alone, and the mean is the same."""
     assert np.isfinite(gpu).all(), what
     scale = max(float(np.abs(cpu[np.abs(cpu) < 1e9]).mean()), 1e-6)
@@ -105,26 +105,28 @@ def compare(cpu: np.ndarray, gpu: np.ndarray, flips: float, what: str) -> None:
     flipped = apart > FLIPPED
     rounding = float(np.sqrt((apart[~flipped] ** 2).mean()))
     told = f'{what}: {flipped.mean():.4f} of the pixels flipped, rounding {rounding:.2g}'
-    assert flipped.mean() <= flips and rounding < ROUNDING, told
+    assert flipped.mean() <= flips and rounding < allowed, told
 
 
 # Demo, integrator, share of pixels that may hold a flipped sample (box_room has a cube in the plane of its floor, and
-# each bounce makes rounding grow), how far the mean may be off.
+# each bounce makes rounding grow), how far the mean may be off, and the rounding of the rest (a texel's contrast enlarges
+# that of the place where a ray hits: measured 1.5e-4).
 DEMOS = [
-    ('three_lights', 'DIRECT', 0.005, 0.0005),
-    ('box_room', 'PATH', 0.10, 0.002),
-    ('material_grid', 'PATH', 0.02, 0.0005),
+    ('three_lights', 'DIRECT', 0.005, 0.0005, ROUNDING),
+    ('box_room', 'PATH', 0.10, 0.002, ROUNDING),
+    ('material_grid', 'PATH', 0.02, 0.0005, ROUNDING),
+    ('model_pair', 'DIRECT', 0.10, 0.001, 3.0 * ROUNDING),
 ]
 
 
-@pytest.mark.parametrize('demo, integrator, flips, mean', DEMOS)
+@pytest.mark.parametrize('demo, integrator, flips, mean, rounding', DEMOS)
 def test_demo_is_the_image_of_the_cpu(
-    module: ModuleType, demo: str, integrator: str, flips: float, mean: float
+    module: ModuleType, demo: str, integrator: str, flips: float, mean: float, rounding: float
 ) -> None:
     job = job_of(module, demos.build(demo), integrator=integrator)
     cpu, cpu_stats = job.render('CPU')
     gpu, stats = job.render('VULKAN')
-    compare(cpu['combined'], gpu['combined'], flips, demo)
+    compare(cpu['combined'], gpu['combined'], flips, demo, rounding)
     assert abs(gpu['combined'].mean() / cpu['combined'].mean() - 1.0) < mean
     assert stats['samples'] == cpu_stats['samples'] and stats['rejected_samples'] == 0
     for kind, count in cpu_stats['rays'].items():
