@@ -93,11 +93,7 @@ def test_module(generated: Path) -> None:
     folders = (package / 'include', package / 'src', package / 'ext/robin_map/include', sysconfig.get_path('include'))
     flags = [*kernel_flags(2, generated, MEMORY), *(f'-isystem{path}' for path in folders)]
     flags += ['-DCOTORRA_VERSION="test"', '-fvisibility=hidden', '-fno-strict-aliasing']
-    built = build_module(
-        'cotorra_native',
-        ['native/module.cpp', 'native/python_models.cpp', 'native/python_textures.cpp', library, *NATIVE],
-        flags,
-    )
+    built = build_module('cotorra_native', [*PYTHON, library, *NATIVE], flags)
     command = [sys.executable, ROOT / 'tests' / 'module_border.py', built, embree_library()]
     runtime = subprocess.run([*compiler(), '-print-file-name=libasan.so'], capture_output=True, text=True, check=True)
     standard = subprocess.run(

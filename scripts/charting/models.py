@@ -159,9 +159,12 @@ def draw(models: list[tuple[Any, ...]], integrators: list[tuple[Any, ...]]) -> A
     figure, (left, right) = panels('box_room: ms a frame and error against the path-traced image', 1, 2, 7.0, 6.0)
     for offset, error, kind, color in ((1, 3, 'direct', 'tab:orange'), (4, 6, 'path', 'tab:blue')):
         left.scatter([row[offset] for row in models], [row[error] for row in models], color=color, label=kind)
-        for row in models:
-            left.annotate(row[0], (row[offset], row[error]), xytext=(4, 2), textcoords='offset points', fontsize=7)
-    left.legend()
+        for number, row in enumerate(models, 1):
+            place = (row[offset], row[error])
+            left.annotate(str(number), place, xytext=(3, 3), textcoords='offset points', fontsize=7)
+    for number, row in enumerate(models, 1):
+        left.plot([], [], linestyle='', label=f'{number} {row[0]}')
+    left.legend(loc='upper center', bbox_to_anchor=(0.5, -0.1), ncols=3, fontsize=7, handlelength=1.0)
     for name, milliseconds, _, error, *_ in integrators:
         right.scatter(milliseconds, error, color='tab:gray' if name.startswith('Cycles') else 'tab:blue')
         right.annotate(name, (milliseconds, error), xytext=(5, 3), textcoords='offset points', fontsize=9)
