@@ -18,7 +18,7 @@ from charting.result import Chart
 ROOT = Path(__file__).resolve().parent.parent
 CHARTS = {
     'furnace': 'how much light each model reflects in all, over roughness and angle; energy above 1 is named',
-    'models': 'ms a frame and error of each model, D, G, F and integrator on box_room, beside Cycles (15 minutes)',
+    'models': 'ms a frame and error of each model, D, G, F and integrator on box_room, beside Cycles (5 minutes)',
     'failures': 'where methods fail, and what the kernels do about it',
     'misprints': 'what the misprints in the founding texts do, each beside the right formula',
 }
