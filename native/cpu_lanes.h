@@ -8,7 +8,8 @@
 
 #include "../kernels/integrator.h"
 
-// Everything that a vectorised loop calls must be inlined into it; not with sanitizers, whose checks would take minutes.
+// Everything that a vectorised loop calls must be inlined into it; not with sanitizers, whose checks would take
+// minutes.
 #if defined(__GNUC__) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
 #define COTORRA_FLATTEN [[gnu::flatten, gnu::noinline]]
 #else
