@@ -22,7 +22,13 @@ _ENVIRONMENT = ('VK_DRIVER_FILES', 'VK_ICD_FILENAMES')
 
 
 def lavapipe_driver() -> Path | None:
-    """The file by which the Vulkan loader knows lavapipe, or None where Mesa's Vulkan drivers are not installed."""
+    """The file by which the Vulkan loader knows lavapipe, or None where Mesa's Vulkan drivers are not installed.
+
+    That which VK_DRIVER_FILES names (scripts/mesa) comes before the system's.
+    """
+    for name in os.environ.get('VK_DRIVER_FILES', '').split(':'):
+        if Path(name).name.startswith('lvp') and Path(name).exists():
+            return Path(name)
     folders = [Path(folder) for folder in os.environ.get('XDG_DATA_DIRS', '').split(':') if folder]
     for folder in (*folders, Path('/usr/local/share'), Path('/usr/share'), Path('/etc')):
         for path in sorted((folder / 'vulkan' / 'icd.d').glob('lvp_icd*.json')):
