@@ -8,6 +8,7 @@
 #include <span>
 #include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "cpu_kernel.h"
@@ -78,5 +79,15 @@ struct VulkanDeviceInfo {
 };
 // Throws DeviceError where this build or this machine has no Vulkan.
 std::vector<VulkanDeviceInfo> vulkan_devices();
+
+// One stage of the kernels as a driver compiled it.
+struct CompiledStage {
+  std::string name;
+  double seconds = 0.0;
+  std::vector<std::pair<std::string, double>> statistics;  // in the driver's words; none where it tells none
+};
+// Compiles the kernels with these features for a device, one stage after the other, and renders nothing. Throws
+// DeviceError.
+std::vector<CompiledStage> compile_vulkan_kernels(std::uint32_t features, const DeviceChoice &choice);
 
 }  // namespace cotorra

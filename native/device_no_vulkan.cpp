@@ -11,4 +11,8 @@ std::unique_ptr<Device> make_vulkan_device(std::shared_ptr<const Scene>, const R
 
 std::vector<VulkanDeviceInfo> vulkan_devices() { throw DeviceError("this build of Cotorra has no Vulkan"); }
 
+std::vector<CompiledStage> compile_vulkan_kernels(std::uint32_t, const DeviceChoice &) {
+  throw DeviceError("this build of Cotorra has no Vulkan");
+}
+
 }  // namespace cotorra

@@ -17,6 +17,22 @@ constexpr std::uint32_t kFeatures = FEATURE_BOUNCES | FEATURE_SOFT_LIGHTS | FEAT
                                     FEATURE_TRANSPARENCY | FEATURE_TEXTURES;
 constexpr std::size_t kLargestTile = 32 * 32;  // pixels; a session's tiles may be smaller
 
+// The device that was asked for, index -1: the first that can. Throws DeviceError with the reasons of those that
+// cannot.
+vulkan::Physical choose(const vulkan::Instance &instance, int index) {
+  const std::vector<vulkan::Physical> list = list_physical(instance);
+  std::string problems;
+  for (int i = 0; i < static_cast<int>(list.size()); ++i) {
+    const vulkan::Physical &p = list[static_cast<std::size_t>(i)];
+    if (index >= 0 && i != index) continue;
+    if (p.info.problem.empty()) return p;
+    problems += "; " + p.info.name + ": " + p.info.problem;
+  }
+  if (index < 0) throw DeviceError("no Vulkan device can be used" + problems);
+  throw DeviceError("Vulkan device " + std::to_string(index) + " of " + std::to_string(list.size()) +
+                    " cannot be used" + problems);
+}
+
 class VulkanDevice final : public Device {
  public:
   VulkanDevice(std::shared_ptr<const Scene> scene, const RenderJob &job, const DeviceChoice &choice)
@@ -27,7 +43,7 @@ class VulkanDevice final : public Device {
     }
     if (!missing.empty()) throw DeviceError("graphics cards cannot render this yet: " + missing);
     instance_ = std::make_shared<vulkan::Instance>();
-    physical_ = choose(choice.index);
+    physical_ = choose(*instance_, choice.index);
     shared_.figures.name = physical_.info.name;
     shared_.figures.isa = "software";
     shared_.figures.features = job.features;
@@ -53,20 +69,6 @@ class VulkanDevice final : public Device {
   }
 
  private:
-  vulkan::Physical choose(int index) const {
-    const std::vector<vulkan::Physical> list = list_physical(*instance_);
-    std::string problems;
-    for (int i = 0; i < static_cast<int>(list.size()); ++i) {
-      const vulkan::Physical &p = list[static_cast<std::size_t>(i)];
-      if (index >= 0 && i != index) continue;
-      if (p.info.problem.empty()) return p;
-      problems += "; " + p.info.name + ": " + p.info.problem;
-    }
-    if (index < 0) throw DeviceError("no Vulkan device can be used" + problems);
-    throw DeviceError("Vulkan device " + std::to_string(index) + " of " + std::to_string(list.size()) +
-                      " cannot be used" + problems);
-  }
-
   std::shared_ptr<const Scene> scene_;
   DeviceChoice choice_;
   std::shared_ptr<vulkan::Instance> instance_;
@@ -79,6 +81,12 @@ class VulkanDevice final : public Device {
 std::unique_ptr<Device> make_vulkan_device(std::shared_ptr<const Scene> scene, const RenderJob &job,
                                            const DeviceChoice &choice) {
   return std::make_unique<VulkanDevice>(std::move(scene), job, choice);
+}
+
+std::vector<CompiledStage> compile_vulkan_kernels(std::uint32_t features, const DeviceChoice &choice) {
+  auto instance = std::make_shared<vulkan::Instance>();
+  const vulkan::Physical physical = choose(*instance, choice.index);
+  return vulkan::compile_kernels(features, choice.cache, std::move(instance), physical);
 }
 
 }  // namespace cotorra

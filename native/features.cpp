@@ -2,6 +2,10 @@
 // The table of features: bit, name, and why a scene may do without.
 #include "features.h"
 
+#include <algorithm>
+#include <iterator>
+#include <stdexcept>
+
 #include "../kernels/scene_types.h"
 
 namespace cotorra {
@@ -42,6 +46,17 @@ std::vector<std::string> feature_names(std::uint32_t features) {
     if ((features & f.bit) != 0) names.emplace_back(f.name);
   }
   return names;
+}
+
+std::uint32_t features_of(const std::vector<std::string> &names) {
+  std::uint32_t features = 0;
+  for (const std::string &name : names) {
+    const auto *found =
+        std::find_if(std::begin(kFeatures), std::end(kFeatures), [&](const Feature &f) { return name == f.name; });
+    if (found == std::end(kFeatures)) throw std::invalid_argument("no feature is called '" + name + "'");
+    features |= found->bit;
+  }
+  return features;
 }
 
 std::vector<std::string> left_out(std::uint32_t features) {

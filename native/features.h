@@ -10,6 +10,8 @@
 namespace cotorra {
 
 std::vector<std::string> feature_names(std::uint32_t features);
+// The bits of such names. Throws std::invalid_argument naming one that is unknown.
+std::uint32_t features_of(const std::vector<std::string> &names);
 // "name: why", for what is off.
 std::vector<std::string> left_out(std::uint32_t features);
 

@@ -283,6 +283,24 @@ nb::list devices() {
   return list;
 }
 
+nb::list compile_kernels(const std::vector<std::string> &features, int device_index, const std::string &cache) {
+  DeviceChoice choice;
+  choice.kind = "VULKAN";
+  choice.index = device_index;
+  choice.cache = cache;
+  nb::list list;
+  for (const CompiledStage &stage : compile_vulkan_kernels(features_of(features), choice)) {
+    nb::dict statistics;
+    for (const auto &[name, value] : stage.statistics) statistics[name.c_str()] = value;
+    nb::dict d;
+    d["stage"] = stage.name;
+    d["seconds"] = stage.seconds;
+    d["statistics"] = statistics;
+    list.append(d);
+  }
+  return list;
+}
+
 using PassArray = nb::ndarray<float, nb::c_contig, nb::device::cpu>;
 
 }  // namespace
@@ -296,6 +314,11 @@ NB_MODULE(cotorra_native, m) {
   m.def("devices", &devices,
         "Vulkan's devices in the order of RenderSettings.device_index, as dicts: name, driver, type, memory_bytes,\n"
         "ray_query, problem (why it cannot be used, or ''). Raises DeviceError where there is no Vulkan.");
+  m.def(
+      "compile_kernels", &compile_kernels, "features"_a, "device_index"_a = -1, "cache"_a = "",
+      "Compiles the kernels with these features (names as in Session.stats) for a Vulkan device, one stage after the\n"
+      "other: a list of dicts with stage, seconds, and statistics (registers, spills, ... as the driver calls them).\n"
+      "`cache`: folder of compiled kernels, '' for none. Raises DeviceError; ValueError for an unknown feature.");
   m.def("version", [] { return COTORRA_VERSION; }, "The version of the module.");
   m.def("cpu_info", &cpu_info, "Instruction set that the kernels use here, and hardware threads.");
   m.def(

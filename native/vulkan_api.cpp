@@ -231,7 +231,7 @@ std::vector<Physical> list_physical(const Instance &instance) {
 
 // ---- Logical device
 
-LogicalDevice::LogicalDevice(std::shared_ptr<Instance> instance, Physical physical)
+LogicalDevice::LogicalDevice(std::shared_ptr<Instance> instance, Physical physical, bool statistics)
     : instance_(std::move(instance)), physical_(std::move(physical)), memory_limit_(physical_.info.memory) {
   if (const char *limit = std::getenv("COTORRA_VULKAN_MEMORY"); limit != nullptr && *limit != '\0') {
     memory_limit_ = std::min<std::uint64_t>(memory_limit_, std::strtoull(limit, nullptr, 10));
@@ -246,9 +246,19 @@ LogicalDevice::LogicalDevice(std::shared_ptr<Instance> instance, Physical physic
   vulkan12.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_2_FEATURES;
   vulkan12.bufferDeviceAddress = VK_TRUE;
   vulkan12.scalarBlockLayout = VK_TRUE;
+  VkPhysicalDevicePipelineExecutablePropertiesFeaturesKHR executables{};
+  executables.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PIPELINE_EXECUTABLE_PROPERTIES_FEATURES_KHR;
+  executables.pipelineExecutableInfo = VK_TRUE;
   VkPhysicalDeviceFeatures features{};
   features.shaderInt64 = VK_TRUE;
+  constexpr const char *executable_properties = VK_KHR_PIPELINE_EXECUTABLE_PROPERTIES_EXTENSION_NAME;
   VkDeviceCreateInfo info{};
+  if (statistics && has_extension(*instance_, physical_.handle, executable_properties)) {
+    vulkan12.pNext = &executables;
+    info.enabledExtensionCount = 1;
+    info.ppEnabledExtensionNames = &executable_properties;
+    tells_statistics_ = true;
+  }
   info.sType = VK_STRUCTURE_TYPE_DEVICE_CREATE_INFO;
   info.pNext = &vulkan12;
   info.queueCreateInfoCount = 1;
@@ -270,9 +280,6 @@ LogicalDevice::LogicalDevice(std::shared_ptr<Instance> instance, Physical physic
     allocate.level = VK_COMMAND_BUFFER_LEVEL_PRIMARY;
     allocate.commandBufferCount = 1;
     check(vkAllocateCommandBuffers(handle, &allocate, &commands_), "vkAllocateCommandBuffers");
-    VkFenceCreateInfo fence{};
-    fence.sType = VK_STRUCTURE_TYPE_FENCE_CREATE_INFO;
-    check(vkCreateFence(handle, &fence, nullptr, &fence_), "vkCreateFence");
   } catch (...) {
     release();
     throw;
@@ -282,8 +289,10 @@ LogicalDevice::LogicalDevice(std::shared_ptr<Instance> instance, Physical physic
 LogicalDevice::~LogicalDevice() { release(); }
 
 void LogicalDevice::release() {
-  vkDeviceWaitIdle(handle);
-  if (fence_ != VK_NULL_HANDLE) vkDestroyFence(handle, fence_, nullptr);
+  if (fence_ != VK_NULL_HANDLE) {
+    vkDeviceWaitIdle(handle);
+    vkDestroyFence(handle, fence_, nullptr);
+  }
   if (pool_ != VK_NULL_HANDLE) vkDestroyCommandPool(handle, pool_, nullptr);
   vkDestroyDevice(handle, nullptr);
 }
@@ -302,6 +311,11 @@ void LogicalDevice::submit() {
   info.sType = VK_STRUCTURE_TYPE_SUBMIT_INFO;
   info.commandBufferCount = 1;
   info.pCommandBuffers = &commands_;
+  if (fence_ == VK_NULL_HANDLE) {  // not before: drivers that only compile, for hardware that is not there, have none
+    VkFenceCreateInfo fence{};
+    fence.sType = VK_STRUCTURE_TYPE_FENCE_CREATE_INFO;
+    check(vkCreateFence(handle, &fence, nullptr, &fence_), "vkCreateFence");
+  }
   check(vkResetFences(handle, 1, &fence_), "vkResetFences");
   check(vkQueueSubmit(queue_, 1, &info, fence_), "vkQueueSubmit");
   check(vkWaitForFences(handle, 1, &fence_, VK_TRUE, UINT64_MAX), "vkWaitForFences");

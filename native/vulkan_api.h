@@ -123,7 +123,8 @@ std::vector<Physical> list_physical(const Instance &instance);
 
 class LogicalDevice {
  public:
-  LogicalDevice(std::shared_ptr<Instance> instance, Physical physical);
+  // `statistics`: pipelines will be asked what they need of the device (VK_KHR_pipeline_executable_properties).
+  LogicalDevice(std::shared_ptr<Instance> instance, Physical physical, bool statistics = false);
   ~LogicalDevice();
   LogicalDevice(const LogicalDevice &) = delete;
   LogicalDevice &operator=(const LogicalDevice &) = delete;
@@ -134,6 +135,8 @@ class LogicalDevice {
   // tests.
   std::uint64_t memory_limit() const { return memory_limit_; }
   std::uint64_t memory_used() const { return memory_used_; }
+
+  bool tells_statistics() const { return tells_statistics_; }
 
   // Records commands by `record(VkCommandBuffer)`, submits them and waits. Not for two threads at once.
   template <class Record>
@@ -160,6 +163,7 @@ class LogicalDevice {
   VkFence fence_ = VK_NULL_HANDLE;
   std::uint64_t memory_limit_ = 0;
   std::uint64_t memory_used_ = 0;
+  bool tells_statistics_ = false;
 };
 
 // Memory of the device that shaders know by its address, or (`host`) that the host has mapped and copies go through.

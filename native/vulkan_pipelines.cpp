@@ -2,6 +2,7 @@
 // Compiles the stages, whose SPIR-V the build has put into this file, for one device.
 #include "vulkan_pipelines.h"
 
+#include <chrono>
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
@@ -17,6 +18,39 @@ namespace {
 
 constexpr std::array<std::span<const std::uint32_t>, static_cast<std::size_t>(Stage::kCount)> kStages = {
     wave_begin, wave_prepare, wave_trace, wave_shade, wave_light, wave_shadow, wave_bounce, wave_film};
+
+constexpr const char *kStageNames[] = {"begin", "prepare", "trace", "shade", "light", "shadow", "bounce", "film"};
+static_assert(std::size(kStageNames) == kStages.size());
+
+double value_of(const VkPipelineExecutableStatisticKHR &s) {
+  switch (s.format) {
+    case VK_PIPELINE_EXECUTABLE_STATISTIC_FORMAT_BOOL32_KHR:
+      return s.value.b32 != 0 ? 1.0 : 0.0;
+    case VK_PIPELINE_EXECUTABLE_STATISTIC_FORMAT_INT64_KHR:
+      return static_cast<double>(s.value.i64);
+    case VK_PIPELINE_EXECUTABLE_STATISTIC_FORMAT_UINT64_KHR:
+      return static_cast<double>(s.value.u64);
+    default:
+      return s.value.f64;
+  }
+}
+
+// What the driver says of a pipeline that was compiled to tell it.
+std::vector<std::pair<std::string, double>> statistics_of(const LogicalDevice &device, VkPipeline pipeline) {
+  const auto get = reinterpret_cast<PFN_vkGetPipelineExecutableStatisticsKHR>(
+      device.instance().vkGetDeviceProcAddr(device.handle, "vkGetPipelineExecutableStatisticsKHR"));
+  VkPipelineExecutableInfoKHR info{};  // executable 0: a compute pipeline has no other
+  info.sType = VK_STRUCTURE_TYPE_PIPELINE_EXECUTABLE_INFO_KHR;
+  info.pipeline = pipeline;
+  std::uint32_t count = 0;
+  check(get(device.handle, &info, &count, nullptr), "vkGetPipelineExecutableStatisticsKHR");
+  std::vector<VkPipelineExecutableStatisticKHR> list(count);
+  for (auto &s : list) s.sType = VK_STRUCTURE_TYPE_PIPELINE_EXECUTABLE_STATISTIC_KHR;
+  check(get(device.handle, &info, &count, list.data()), "vkGetPipelineExecutableStatisticsKHR");
+  std::vector<std::pair<std::string, double>> statistics;
+  for (const auto &s : list) statistics.emplace_back(s.name, value_of(s));
+  return statistics;
+}
 
 // FNV-1a over all stages: a cache of other kernels has another name.
 std::uint64_t kernels_hash(std::uint32_t features) {
@@ -45,7 +79,8 @@ std::string cache_path(const std::string &folder, const VkPhysicalDeviceProperti
 
 }  // namespace
 
-Pipelines::Pipelines(LogicalDevice &device, std::uint32_t features, std::uint32_t push_size, const std::string &cache)
+Pipelines::Pipelines(LogicalDevice &device, std::uint32_t features, std::uint32_t push_size, const std::string &cache,
+                     std::vector<CompiledStage> *report)
     : device_(device) {
   const std::string path = cache_path(cache, device.physical().properties, features);
   try {
@@ -56,12 +91,11 @@ Pipelines::Pipelines(LogicalDevice &device, std::uint32_t features, std::uint32_
     layout.pPushConstantRanges = &range;
     check(device_.vkCreatePipelineLayout(device_.handle, &layout, nullptr, &layout_), "vkCreatePipelineLayout");
     load_cache(path);
-    std::vector<std::future<void>> tasks;
-    for (std::size_t stage = 0; stage < kStages.size(); ++stage) {
-      tasks.push_back(std::async(std::launch::async, [this, stage, features] { compile(stage, features); }));
+    if (report == nullptr) {
+      compile_all(features);
+    } else {
+      for (std::size_t s = 0; s < kStages.size(); ++s) report->push_back(compile_and_report(s, features));
     }
-    for (std::future<void> &task : tasks) task.wait();
-    for (std::future<void> &task : tasks) task.get();
     save_cache(path);
   } catch (...) {
     release();
@@ -77,6 +111,24 @@ void Pipelines::release() {
   device_.vkDestroyPipelineLayout(device_.handle, layout_, nullptr);
 }
 
+void Pipelines::compile_all(std::uint32_t features) {
+  std::vector<std::future<void>> tasks;
+  for (std::size_t stage = 0; stage < kStages.size(); ++stage) {
+    tasks.push_back(std::async(std::launch::async, [this, stage, features] { compile(stage, features); }));
+  }
+  for (std::future<void> &task : tasks) task.wait();
+  for (std::future<void> &task : tasks) task.get();
+}
+
+CompiledStage Pipelines::compile_and_report(std::size_t stage, std::uint32_t features) {
+  const auto begin = std::chrono::steady_clock::now();
+  compile(stage, features);
+  CompiledStage compiled{kStageNames[stage], 0.0, {}};
+  compiled.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  if (device_.tells_statistics()) compiled.statistics = statistics_of(device_, pipelines_[stage]);
+  return compiled;
+}
+
 void Pipelines::compile(std::size_t stage, std::uint32_t features) {
   VkShaderModuleCreateInfo module_info{};
   module_info.sType = VK_STRUCTURE_TYPE_SHADER_MODULE_CREATE_INFO;
@@ -89,6 +141,7 @@ void Pipelines::compile(std::size_t stage, std::uint32_t features) {
   VkComputePipelineCreateInfo info{};
   info.sType = VK_STRUCTURE_TYPE_COMPUTE_PIPELINE_CREATE_INFO;
   info.layout = layout_;
+  if (device_.tells_statistics()) info.flags = VK_PIPELINE_CREATE_CAPTURE_STATISTICS_BIT_KHR;
   info.stage.sType = VK_STRUCTURE_TYPE_PIPELINE_SHADER_STAGE_CREATE_INFO;
   info.stage.stage = VK_SHADER_STAGE_COMPUTE_BIT;
   info.stage.module = module;

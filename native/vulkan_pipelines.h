@@ -5,6 +5,7 @@
 
 #include <array>
 #include <string>
+#include <vector>
 
 #include "vulkan_api.h"
 
@@ -15,9 +16,10 @@ enum class Stage : std::size_t { kBegin, kPrepare, kTrace, kShade, kLight, kShad
 
 class Pipelines {
  public:
-  // Compiles on several threads. `cache` is a folder, empty for none; what cannot be read or written there is done
-  // without.
-  Pipelines(LogicalDevice &device, std::uint32_t features, std::uint32_t push_size, const std::string &cache);
+  // Compiles on several threads, or with `report` one stage after the other. `cache` is a folder, empty for none; what
+  // cannot be read or written there is done without.
+  Pipelines(LogicalDevice &device, std::uint32_t features, std::uint32_t push_size, const std::string &cache,
+            std::vector<CompiledStage> *report = nullptr);
   ~Pipelines();
   Pipelines(const Pipelines &) = delete;
   Pipelines &operator=(const Pipelines &) = delete;
@@ -27,6 +29,8 @@ class Pipelines {
 
  private:
   void compile(std::size_t stage, std::uint32_t features);
+  void compile_all(std::uint32_t features);
+  CompiledStage compile_and_report(std::size_t stage, std::uint32_t features);
   void load_cache(const std::string &path);
   void save_cache(const std::string &path) const;
   void release();

@@ -447,4 +447,12 @@ std::unique_ptr<Wavefront> make_wavefront(const Scene &scene, const RenderJob &j
   return std::make_unique<WavefrontOnCard>(scene, job, choice, std::move(instance), physical, figures);
 }
 
+std::vector<CompiledStage> compile_kernels(std::uint32_t features, const std::string &cache,
+                                           std::shared_ptr<Instance> instance, const Physical &physical) {
+  LogicalDevice device(std::move(instance), physical, true);
+  std::vector<CompiledStage> stages;
+  const Pipelines pipelines(device, features, static_cast<std::uint32_t>(sizeof(WavePush)), cache, &stages);
+  return stages;
+}
+
 }  // namespace cotorra::vulkan

@@ -32,4 +32,8 @@ std::unique_ptr<Wavefront> make_wavefront(const Scene &scene, const RenderJob &j
                                           std::shared_ptr<Instance> instance, const Physical &physical,
                                           SharedFigures &figures);
 
+// As compile_vulkan_kernels of device.h.
+std::vector<CompiledStage> compile_kernels(std::uint32_t features, const std::string &cache,
+                                           std::shared_ptr<Instance> instance, const Physical &physical);
+
 }  // namespace cotorra::vulkan

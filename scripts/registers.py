@@ -1,0 +1,77 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Compiles the kernels of graphics cards for AMD's families without a card, and prints what each stage needs.
+
+Mesa's RADV compiles for hardware that is not there. The exit status is 1 where a register was spilled to memory.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import subprocess
+import sys
+from typing import Any
+
+FAMILIES = ('navi21', 'navi31', 'gfx1201')  # RDNA 2, 3 and 4
+SETS = {
+    'direct': ('soft lights', 'specular lobe'),
+    'path': ('bounces', 'soft lights', 'visible lights', 'specular lobe', 'world', 'light found by bounces'),
+    'everything': None,  # the largest that there is; no scene uses it all
+}
+COLUMNS = {'VGPRs': 'VGPRs', 'SGPRs': 'SGPRs', 'spilled': 'Spilled VGPRs', 'waves': 'Subgroups per SIMD'}
+COLUMNS |= {'instructions': 'Instructions', 'bytes': 'Code size', 'scratch': 'Scratch size'}
+
+COMPILE = """
+import json, sys
+import cotorra_native
+names = sys.argv[1:] or max((names for _, names in cotorra_native.kernels()), key=len)
+print(json.dumps(cotorra_native.compile_kernels(list(names))))
+"""
+
+
+def compile_for(family: str, features: tuple[str, ...] | None) -> list[dict[str, Any]]:
+    """Each stage as cotorra_native.compile_kernels tells of it. Raises RuntimeError with the compiler's words."""
+    driver = os.environ.get('COTORRA_RADV')
+    if driver is None:
+        raise RuntimeError('no RADV is at hand (scripts/mesa fetches it)')
+    environment = os.environ | {'VK_DRIVER_FILES': driver, 'RADV_FORCE_FAMILY': family}
+    environment['MESA_SHADER_CACHE_DISABLE'] = 'true'  # the seconds are those of a first start
+    command = [sys.executable, '-c', COMPILE, *(features or ())]
+    done = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=300)
+    if done.returncode != 0:
+        raise RuntimeError(f'{family}: {done.stderr.strip() or f"the compiler ended with {done.returncode}"}')
+    return json.loads(done.stdout)
+
+
+def spilled(stages: list[dict[str, Any]]) -> list[str]:
+    """The stages that keep registers in memory."""
+    kinds = ('Spilled VGPRs', 'Spilled SGPRs', 'Scratch size')
+    return [stage['stage'] for stage in stages if any(stage['statistics'][kind] > 0 for kind in kinds)]
+
+
+def table(title: str, stages: list[dict[str, Any]]) -> str:
+    lines = [f'{title:24}' + ''.join(f'{name:>13}' for name in (*COLUMNS, 'seconds'))]
+    for stage in stages:
+        numbers = ''.join(f'{stage["statistics"][name]:13.0f}' for name in COLUMNS.values())
+        lines.append(f'  {stage["stage"]:22}{numbers}{stage["seconds"]:13.2f}')
+    return '\n'.join(lines)
+
+
+def main(arguments: list[str] | None = None) -> int:
+    parser = argparse.ArgumentParser(prog='registers', description=__doc__)
+    parser.add_argument('--family', nargs='+', default=FAMILIES, help=f'default: {" ".join(FAMILIES)}')
+    parser.add_argument('--features', choices=SETS, nargs='+', default=list(SETS), help='default: all of these sets')
+    options = parser.parse_args(arguments)
+    bad = []
+    for family in options.family:
+        for name in options.features:
+            stages = compile_for(family, SETS[name])
+            print(table(f'{family}, {name}', stages) + '\n', flush=True)
+            bad += [f'{family}, {name}: {stage}' for stage in spilled(stages)]
+    print('registers are spilled: ' + '; '.join(bad) if bad else 'no register is spilled')
+    return int(bool(bad))
+
+
+if __name__ == '__main__':
+    sys.exit(main())
