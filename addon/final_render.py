@@ -17,7 +17,7 @@ from typing import Any
 import bpy
 
 from . import export, lamps, native, passes, settings, stats, watch
-from .export.buffers import Camera, RenderSettings, SceneBuffers
+from .export.buffers import Camera, RenderSettings
 from .log import Cancelled, Log
 from .reporter import Reporter, position_in_frame
 
@@ -131,7 +131,6 @@ class RenderJob:
         if any(entry.interrupted for entry in stats.last(self.scene.name)):
             raise Cancelled
         module = native.load()
-        embree = native.embree_library()
         settings.warn_left_out(self.scene, self.layer, self.log)
 
         # Synchronise: Blender's data become arrays.
@@ -157,8 +156,12 @@ class RenderJob:
         # Build: the arrays become a scene that rays can be sent into.
         self.reporter.phase('Building')
         began = time.perf_counter()
-        native_scene = build_scene(module, buffers, render_settings.threads, embree, self.log)
+        native_scene = interruptible(
+            module, self.log, lambda stop: module.Scene(buffers, should_cancel=stop, bvh=False)
+        )
         del buffers
+        if render_settings.device == 'CPU':
+            self.build_bvh(module, native_scene, render_settings.threads)
         self.stats.build_seconds = time.perf_counter() - began
         self.stats.scene = dict(native_scene.stats())
         self.memory.sample()
@@ -175,9 +178,20 @@ class RenderJob:
             if device == 'CPU' or not self.scene.cotorra.use_device_fallback:
                 raise RenderError(f'{device}: {error}') from error
             self.log.warning(f'The CPU renders instead of {device}: {error}')
+            self.reporter.phase('Building')
+            began = time.perf_counter()
+            self.build_bvh(module, native_scene, render_settings.threads)
+            self.stats.build_seconds += time.perf_counter() - began
+            self.stats.scene = dict(native_scene.stats())
+            self.reporter.phase('Rendering')
             render_settings = dataclasses.replace(render_settings, device='CPU')
             self.stats.describe(size, 'CPU', render_settings)
             self.render_on_device(module, native_scene, camera, render_settings, sources)
+
+    def build_bvh(self, module: ModuleType, scene: Any, threads: int) -> None:
+        """What the CPU needs to trace rays; graphics cards build their own."""
+        embree = native.embree_library()
+        interruptible(module, self.log, lambda stop: scene.build_bvh(threads, embree, should_cancel=stop))
 
     def render_on_device(
         self, module: ModuleType, scene: Any, camera: Camera, render_settings: RenderSettings, sources: dict[str, str]
@@ -228,22 +242,22 @@ class RenderJob:
         stats.record(self.scene.name, self.stats)
 
 
-def build_scene(module: ModuleType, buffers: SceneBuffers, threads: int, embree: str, log: Log) -> Any:
-    """Build the native scene in a thread of its own, so that this one can see the user's wish to stop."""
+def interruptible(module: ModuleType, log: Log, work: Callable[[Callable[[], bool]], Any]) -> Any:
+    """What `work(should_cancel)` returns; a thread of its own runs it, so that this one sees the user's wish to stop."""
     cancel = threading.Event()
     outcome: list[Any] = []
     failure: list[BaseException] = []
 
-    def build() -> None:
+    def run() -> None:
         try:
-            outcome.append(module.Scene(buffers, threads, embree, should_cancel=cancel.is_set))
+            outcome.append(work(cancel.is_set))
         except BaseException as error:
             failure.append(error)
 
-    builder = threading.Thread(target=build, name='cotorra build', daemon=True)
-    builder.start()
-    while builder.is_alive():
-        builder.join(POLL_SECONDS)
+    worker = threading.Thread(target=run, name='cotorra build', daemon=True)
+    worker.start()
+    while worker.is_alive():
+        worker.join(POLL_SECONDS)
         if log.stopped():
             cancel.set()
     if failure:

@@ -178,19 +178,15 @@ SettingsInput read_settings(nb::handle settings) {
 
 // What Python holds: sessions share the scene, and may outlive it.
 struct SceneHandle {
-  std::shared_ptr<const Scene> scene;
+  std::shared_ptr<Scene> scene;
 };
 
-// A scene is built on a thread of its own, so that the caller's can ask `should_cancel` (which needs the GIL).
-std::shared_ptr<Scene> make_scene(nb::handle buffers, int threads, const std::string &embree_path,
-                                  nb::object should_cancel) {
-  std::vector<nb::object> keep;
-  SceneInput input = read_scene(buffers, keep);
+// Calls work(cancel) on a thread of its own, so that the caller's can ask `should_cancel` (which needs the GIL).
+template <class Work>
+void run_cancellable(Work work, nb::object should_cancel) {
   std::atomic<bool> cancel{false};
   const nb::gil_scoped_release no_gil;
-  std::future<std::shared_ptr<Scene>> future = std::async(std::launch::async, [&] {
-    return std::make_shared<Scene>(std::move(input), embree::Library::open(embree_path), threads, cancel);
-  });
+  std::future<void> future = std::async(std::launch::async, [&] { work(cancel); });
   std::exception_ptr interrupt;
   while (future.wait_for(std::chrono::milliseconds(20)) != std::future_status::ready) {
     const nb::gil_scoped_acquire gil;
@@ -204,14 +200,35 @@ std::shared_ptr<Scene> make_scene(nb::handle buffers, int threads, const std::st
     }
   }
   try {
-    std::shared_ptr<Scene> scene = future.get();
+    future.get();
     if (interrupt) std::rethrow_exception(interrupt);
     if (cancel) throw Cancelled();
-    return scene;
   } catch (const Cancelled &) {
     if (interrupt) std::rethrow_exception(interrupt);
     throw;
   }
+}
+
+std::shared_ptr<Scene> make_scene(nb::handle buffers, int threads, const std::string &embree_path,
+                                  nb::object should_cancel, bool bvh) {
+  std::vector<nb::object> keep;
+  SceneInput input = read_scene(buffers, keep);
+  std::shared_ptr<Scene> scene;
+  run_cancellable(
+      [&](const std::atomic<bool> &cancel) {
+        scene = std::make_shared<Scene>(std::move(input));
+        if (bvh) scene->build_bvh(embree::Library::open(embree_path), threads, cancel);
+      },
+      std::move(should_cancel));
+  return scene;
+}
+
+void build_bvh(const SceneHandle &handle, int threads, const std::string &embree_path, nb::object should_cancel) {
+  run_cancellable(
+      [&](const std::atomic<bool> &cancel) {
+        handle.scene->build_bvh(embree::Library::open(embree_path), threads, cancel);
+      },
+      std::move(should_cancel));
 }
 
 nb::dict scene_stats(const SceneHandle &handle) {
@@ -333,16 +350,18 @@ NB_MODULE(cotorra_native, m) {
 
   register_laboratory(m);
 
-  nb::class_<SceneHandle>(m, "Scene", "A validated scene with its BVH.")
+  nb::class_<SceneHandle>(m, "Scene", "A validated scene, for the CPU with a BVH.")
       .def(
           "__init__",
-          [](SceneHandle *self, nb::handle buffers, int threads, const std::string &embree, nb::object should_cancel) {
-            new (self) SceneHandle{make_scene(buffers, threads, embree, std::move(should_cancel))};
-          },
-          "buffers"_a, "threads"_a = 0, "embree"_a = "", "should_cancel"_a = nb::none(),
+          [](SceneHandle *self, nb::handle buffers, int threads, const std::string &embree, nb::object should_cancel,
+             bool bvh) { new (self) SceneHandle{make_scene(buffers, threads, embree, std::move(should_cancel), bvh)}; },
+          "buffers"_a, "threads"_a = 0, "embree"_a = "", "should_cancel"_a = nb::none(), "bvh"_a = true,
           "Builds a scene from a SceneBuffers on `threads` threads (0 = all), with the Embree library at the path\n"
           "`embree` ('' = $COTORRA_EMBREE, then the system's). `should_cancel`, called every 20 ms, may stop it.\n"
+          "Without `bvh` the CPU cannot render it until build_bvh was called; Embree is not opened, then.\n"
           "Raises ValueError (array, index, value), RuntimeError (Embree), Cancelled.")
+      .def("build_bvh", &build_bvh, "threads"_a = 0, "embree"_a = "", "should_cancel"_a = nb::none(),
+           "Builds the BVH that the CPU needs, where there is none yet; as the constructor.")
       .def("stats", &scene_stats, "Build seconds, bytes and counts, as a dict.");
 
   nb::class_<Session>(m, "Session", "A render in progress.")

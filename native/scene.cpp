@@ -112,9 +112,7 @@ Light light_from_blender(const LightsInput &in, std::size_t i) {
   return light;
 }
 
-Scene::Scene(SceneInput input, std::shared_ptr<const embree::Library> library, int threads,
-             const std::atomic<bool> &cancel)
-    : library_(std::move(library)) {
+Scene::Scene(SceneInput input) {
   validate(input);
   light_group_count_ = input.light_group_count;
   materials_ = material_records(input.materials);
@@ -142,13 +140,7 @@ Scene::Scene(SceneInput input, std::shared_ptr<const embree::Library> library, i
   data_.material_count = static_cast<uint>(materials_.size());
   prepare_emitters();
   prepare_features();
-  try {
-    build(threads, cancel);
-  } catch (...) {
-    release();
-    throw;
-  }
-  stats_.bytes = stats_.bvh_bytes + instances_.size() * sizeof(Instance) + materials_.size() * sizeof(Material) +
+  stats_.bytes = instances_.size() * sizeof(Instance) + materials_.size() * sizeof(Material) +
                  models_.size() * sizeof(MaterialModel) + classic_.size() * sizeof(ClassicMaterial) +
                  emitters_.size() * sizeof(Emitter) + material_slots_.size() * sizeof(uint) + textures_.bytes();
   stats_.images = textures_.images.size();

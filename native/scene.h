@@ -136,15 +136,18 @@ void validate_light_shapes(const LightsInput &lights);
 
 class Scene {
  public:
-  // Validates (std::invalid_argument naming array, index and value), derives records and builds the BVH on `threads`
-  // threads (0 = all). `cancel`, polled while building, makes it throw Cancelled.
-  Scene(SceneInput input, std::shared_ptr<const embree::Library> library, int threads, const std::atomic<bool> &cancel);
+  // Validates (std::invalid_argument naming array, index and value) and derives records.
+  explicit Scene(SceneInput input);
   ~Scene();
   Scene(const Scene &) = delete;
   Scene &operator=(const Scene &) = delete;
 
   const SceneData &data() const { return data_; }
   const SceneStats &stats() const { return stats_; }
+
+  // Embree's BVH, without which the CPU cannot render the scene; graphics cards have another. Built on `threads`
+  // threads (0 = all); `cancel`, polled meanwhile, makes it throw Cancelled. Not while a session is at work.
+  void build_bvh(std::shared_ptr<const embree::Library> library, int threads, const std::atomic<bool> &cancel);
   const embree::Api &api() const { return library_->api(); }
   embree::Scene bvh() const { return bvh_; }
   embree::Device device() const { return device_; }

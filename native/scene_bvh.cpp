@@ -34,6 +34,18 @@ void Scene::check_embree(const char *doing) const {
   throw std::runtime_error(what + " (error " + std::to_string(error) + ")");
 }
 
+void Scene::build_bvh(std::shared_ptr<const embree::Library> library, int threads, const std::atomic<bool> &cancel) {
+  if (bvh_ != nullptr) return;
+  library_ = std::move(library);
+  try {
+    build(threads, cancel);
+  } catch (...) {
+    release();
+    throw;
+  }
+  stats_.bytes += stats_.bvh_bytes;
+}
+
 void Scene::build(int threads, const std::atomic<bool> &cancel) {
   const auto begin = std::chrono::steady_clock::now();
   const embree::Api &rtc = api();
@@ -131,6 +143,7 @@ void Scene::release() {
     if (scene != nullptr) api().release_scene(scene);
   }
   mesh_scenes_.clear();
+  first_instances_.clear();
   api().release_device(device_);
   bvh_ = nullptr;
   device_ = nullptr;

@@ -141,10 +141,6 @@ Session::Session(std::shared_ptr<const Scene> scene, const CameraInput &camera, 
   job_.region_x = camera.region[0];
   job_.region_y = camera.region[1];
   job_.passes = passes_;
-  job_.bvh = scene_->bvh();
-  job_.rtc = &scene_->api();
-  job_.first_instances = scene_->first_instances();
-  job_.embree_features = embree::kFeatureTriangle | (scene_->instanced() ? embree::kFeatureInstanceArray : 0u);
   apply_integrator(settings, camera, *scene_, job_, scene_data_);
   if (passes_.any_data()) job_.features |= FEATURE_DATA_PASSES;
   if (passes_.occlusion) job_.features |= FEATURE_OCCLUSION;
@@ -155,11 +151,11 @@ Session::Session(std::shared_ptr<const Scene> scene, const CameraInput &camera, 
   job_.lights_at_once = kLightsAtOnce;
   job_.transparent = settings.transparent;
   job_.transparent_bounces = settings.transparent_bounces;
-  if ((job_.features & FEATURE_TRANSPARENCY) != 0) job_.embree_features |= embree::kFeatureFilterInArguments;
   job_.camera_meets_lights = scene_->camera_meets_lights();
   job_.last_rays_find_light = (job_.features & (FEATURE_WORLD | FEATURE_EMISSIVE_MESHES)) != 0;
   job_.measure_tracing = settings.measure_tracing;
   job_.cancel = &cancel_;
+  if (settings.device.kind == "CPU") use_embree();
   device_ = make_device(scene_, job_, settings);
 
   // Passes of 1, 1, 2, 4 ... samples: a first picture soon, few interruptions later.
@@ -167,6 +163,17 @@ Session::Session(std::shared_ptr<const Scene> scene, const CameraInput &camera, 
     done += std::min({std::max(done, 1u), kLongestPass, samples - done});
     pass_ends_.push_back(done);
   }
+}
+
+void Session::use_embree() {
+  if (scene_->bvh() == nullptr) {
+    throw std::invalid_argument("settings.device is CPU, but the scene has no BVH for it (build_bvh)");
+  }
+  job_.bvh = scene_->bvh();
+  job_.rtc = &scene_->api();
+  job_.first_instances = scene_->first_instances();
+  job_.embree_features = embree::kFeatureTriangle | (scene_->instanced() ? embree::kFeatureInstanceArray : 0u);
+  if ((job_.features & FEATURE_TRANSPARENCY) != 0) job_.embree_features |= embree::kFeatureFilterInArguments;
 }
 
 Session::~Session() {

@@ -86,6 +86,7 @@ class Session {
   int height() const { return film_.height(); }
 
  private:
+  void use_embree();
   void work();
   void run_tiles(std::size_t first_tile, std::size_t tile_count, std::uint32_t first, std::uint32_t count,
                  Workspace &workspace, RayCounts &counts);

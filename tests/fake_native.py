@@ -44,10 +44,16 @@ def reset() -> None:
 
 
 class Scene:
-    def __init__(self, buffers, threads=0, embree='', should_cancel=None):
-        assert embree, 'the engine must name an Embree library'
+    def __init__(self, buffers, threads=0, embree='', should_cancel=None, bvh=True):
+        self.bvh = False
         if fail_in == 'scene':
             raise ValueError('positions[3] = nan')
+        if bvh:
+            self.build_bvh(threads, embree, should_cancel)
+
+    def build_bvh(self, threads=0, embree='', should_cancel=None):
+        assert embree, 'the engine must name an Embree library'
+        self.bvh = True
         end = time.perf_counter() + build_seconds
         while time.perf_counter() < end:
             time.sleep(0.01)
@@ -64,6 +70,7 @@ class Session:
             raise RuntimeError('no session today')
         if fail_in == 'device' and settings.device != 'CPU':
             raise DeviceError('no card today')
+        assert scene.bvh == (settings.device == 'CPU'), 'a BVH for the CPU, and for it alone'
         self.camera, self.settings = camera, settings
         sessions.append(self)
         self._stop = threading.Event()

@@ -199,7 +199,9 @@ SettingsInput make_settings(const char *integrator, int threads) {
 std::shared_ptr<const Scene> make_scene(const std::string &embree) {
   Arrays arrays = make_arrays();
   const std::atomic<bool> cancel{false};
-  return std::make_shared<const Scene>(arrays.input(), embree::Library::open(embree), 2, cancel);
+  auto scene = std::make_shared<Scene>(arrays.input());
+  scene->build_bvh(embree::Library::open(embree), 2, cancel);
+  return scene;
 }
 
 std::vector<float> read_all(Session &session, const SettingsInput &settings) {
@@ -294,11 +296,11 @@ void test_orthographic_region(const std::shared_ptr<const Scene> &scene) {
 
 void test_refusals(const std::string &embree) {
   const auto library = embree::Library::open(embree);
-  const std::atomic<bool> proceed{false}, stop{true};
+  const std::atomic<bool> stop{true};
   const auto refused = [&](const std::function<void(Arrays &)> &spoil) {
     Arrays arrays = make_arrays();
     spoil(arrays);
-    return throws<std::invalid_argument>([&] { const Scene scene(arrays.input(), library, 2, proceed); });
+    return throws<std::invalid_argument>([&] { const Scene scene(arrays.input()); });
   };
   CHECK(refused([](Arrays &a) { a.grid->triangles.back().z = 1u << 30; }));
   CHECK(refused([](Arrays &a) { a.grid->corners.back().x = 1u << 30; }));
@@ -309,7 +311,8 @@ void test_refusals(const std::string &embree) {
   CHECK(refused([](Arrays &a) { a.light_transform.pop_back(); }));
   CHECK(throws<Cancelled>([&] {
     Arrays arrays = make_arrays();
-    const Scene scene(arrays.input(), library, 2, stop);
+    Scene scene(arrays.input());
+    scene.build_bvh(library, 2, stop);
   }));
   CHECK(throws<std::runtime_error>([] { embree::Library::open("/nowhere/libembree4.so"); }));
 }
@@ -320,7 +323,8 @@ void test_empty_scene(const std::string &embree) {
   nothing.add_material(vec3(0.8f), 0.0f, 0.5f, vec3(0.0f));
   SceneInput input = nothing.input();
   input.meshes.clear();
-  const auto scene = std::make_shared<const Scene>(std::move(input), embree::Library::open(embree), 1, cancel);
+  const auto scene = std::make_shared<Scene>(std::move(input));
+  scene->build_bvh(embree::Library::open(embree), 1, cancel);
   const SettingsInput settings = make_settings("PATH", 2);
   Session session(scene, make_camera(), settings);
   session.start();
