@@ -25,9 +25,9 @@ uint append(uint queue) { return atomicAdd(WAVE.counters.v[WAVE_COUNTS + queue],
 
 WavePixel pixel_of(uint lane) { return LOAD(WAVE.pixels, push.first_pixel + lane / push.sample_count); }
 
-// Random pair `pair` of the vertex that the lane stands at.
-vec2 vertex_random(uint random, uint block_seed, uint pair) {
-  return sampler_pair(random, sampler_pair_seed(block_seed, vertex_pair(push.bounce, pair)));
+// Random pair `pair` of the vertex that the path stands at.
+vec2 vertex_random(PathState path, uint block_seed, uint pair) {
+  return sampler_pair(path.random, sampler_pair_seed(block_seed, vertex_pair(path.bounce, pair)));
 }
 
 // Only one invocation at a time works on a lane, so that sums need no atomics and come in one order.

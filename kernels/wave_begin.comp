@@ -4,6 +4,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "stage.glsl"
+#include "whitted.glsl"
 
 void clear_record(uint lane) {
   WaveRecord r;
@@ -47,6 +48,7 @@ void main() {
   STORE(WAVE.rays, lane, ray);
   STORE(WAVE.paths, lane, path);
   STORE(WAVE.rays_queue, lane, lane);
+  if (FEATURE(FEATURE_WHITTED)) plant_tree(lane);
   if (FEATURE(FEATURE_DATA_PASSES)) clear_record(lane);
   if (FEATURE(FEATURE_LIGHT_GROUPS)) {
     for (uint g = 0u; g < WAVE.light_groups; ++g) STORE(WAVE.groups, lane * WAVE.light_groups + g, vec3(0.0f));

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Stage 6: adds the light that arrived at each lane's surface, and samples the ray that takes the path on.
+// Stage 6: adds the light that arrived at each lane's surface, and samples the ray that takes the path on; Whitted's
+// goes on with one of those that wait.
 // Lanes that go on make up the queue of rays again.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "stage.glsl"
+#include "whitted.glsl"
 
 void gather(uint lane) {
   for (uint slot = 0u; slot < push.light_slots; ++slot) {
@@ -23,6 +25,11 @@ void gather(uint lane) {
 void main() {
   if (beyond(WAVE_SHADING)) return;
   const uint lane = LOAD(WAVE.shading_queue, gl_GlobalInvocationID.x);
+  if (FEATURE(FEATURE_WHITTED)) {
+    if (stands_at_surface(lane)) gather(lane);
+    if (take_pending(lane)) STORE(WAVE.rays_queue, append(WAVE_RAYS), lane);
+    return;
+  }
   gather(lane);
   if (!FEATURE(FEATURE_BOUNCES) && !FEATURE(FEATURE_BSDF_RAYS)) return;
   PathState path = LOAD(WAVE.paths, lane);
@@ -30,8 +37,8 @@ void main() {
   const Bsdf bsdf = LOAD(WAVE.bsdfs, lane);
   const vec3 wo = -WAVE.rays.v[lane].direction;
   const uint block_seed = pixel_of(lane).block_seed;
-  const vec2 u = vertex_random(path.random, block_seed, PAIR_BSDF);
-  const vec2 choice = vertex_random(path.random, block_seed, PAIR_CHOICE);
+  const vec2 u = vertex_random(path, block_seed, PAIR_BSDF);
+  const vec2 choice = vertex_random(path, block_seed, PAIR_CHOICE);
   CameraRay ray;
   ray.t_min = 0.0f;
   ray.t_max = INFINITE_DISTANCE;

@@ -4,6 +4,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "stage.glsl"
+#include "whitted.glsl"
 
 bool sample_lamp(uint slot, uint lamp_slots, float pick, uint block_seed, PathState path, Surface s, Bsdf bsdf, vec3 wo,
                  out ShadowRay ray) {
@@ -15,13 +16,14 @@ bool sample_lamp(uint slot, uint lamp_slots, float pick, uint block_seed, PathSt
     scale /= float(lamp_slots);
   }
   if (index == INVALID_ID) return false;
-  const vec2 u = vertex_random(path.random, block_seed, PAIR_LIGHTS + slot % LAST_SHARED_PAIR);
+  const vec2 u = vertex_random(path, block_seed, PAIR_LIGHTS + slot % LAST_SHARED_PAIR);
   return path_sample_light(WAVE.scene, index, path, s, bsdf, wo, u, scale, ray);
 }
 
 void main() {
   if (beyond(WAVE_SHADING)) return;
   const uint lane = LOAD(WAVE.shading_queue, gl_GlobalInvocationID.x);
+  if (FEATURE(FEATURE_WHITTED) && !stands_at_surface(lane)) return;
   const PathState path = LOAD(WAVE.paths, lane);
   const Surface s = LOAD(WAVE.surfaces, lane);
   const Bsdf bsdf = LOAD(WAVE.bsdfs, lane);
@@ -29,14 +31,14 @@ void main() {
   const uint block_seed = pixel_of(lane).block_seed;
   const bool emitters = FEATURE(FEATURE_EMISSIVE_MESHES) && WAVE.scene.emitter_count > 0u;
   const uint lamp_slots = push.light_slots - (emitters ? 1u : 0u);
-  const vec2 pick = vertex_random(path.random, block_seed, PAIR_PICK);
+  const vec2 pick = vertex_random(path, block_seed, PAIR_PICK);
   for (uint slot = 0u; slot < push.light_slots; ++slot) {
     ShadowRay ray;
     bool sent;
     if (slot < lamp_slots) {
       sent = sample_lamp(slot, lamp_slots, pick.x, block_seed, path, s, bsdf, wo, ray);
     } else {
-      const vec2 u = vertex_random(path.random, block_seed, PAIR_EMITTER);
+      const vec2 u = vertex_random(path, block_seed, PAIR_EMITTER);
       sent = path_sample_emitter(WAVE.scene, path, s, bsdf, wo, pick.y, u, ray);
     }
     const uint place = slot * WAVE.lanes + lane;

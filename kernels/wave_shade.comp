@@ -4,6 +4,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "stage.glsl"
+#include "whitted.glsl"
 
 void meet_lights(uint lane, PathState path, CameraRay ray, float t) {
   for (uint l = 0u; l < WAVE.scene.light_count; ++l) {
@@ -42,13 +43,13 @@ void record(uint lane, Surface s, Material material, Bsdf bsdf) {
   STORE(WAVE.records, lane, r);
 }
 
-void main() {
-  if (beyond(WAVE_RAYS)) return;
-  const uint lane = LOAD(WAVE.rays_queue, gl_GlobalInvocationID.x);
+// Does the lane stand at a surface that may be lit? What the ray met there and on its way is added.
+bool shade(uint lane) {
   const CameraRay ray = LOAD(WAVE.rays, lane);
-  const PathState path = LOAD(WAVE.paths, lane);
+  PathState path = LOAD(WAVE.paths, lane);
   const Hit hit = LOAD(WAVE.hits, lane);
-  if (FEATURE(FEATURE_TRANSPARENCY) && hit.t == HIT_ENDED) return;
+  if (FEATURE(FEATURE_TRANSPARENCY) && hit.t == HIT_ENDED) return false;
+  if (FEATURE(FEATURE_WHITTED)) absorb(lane, hit.t, path);
   const bool missed = hit.instance == INVALID_ID;
   const bool meets = path.bounce > 0u ? FEATURE(FEATURE_BSDF_RAYS) : flag(WAVE_CAMERA_MEETS_LIGHTS);
   if (FEATURE(FEATURE_VISIBLE_LIGHTS) && meets) {
@@ -56,7 +57,7 @@ void main() {
   }
   if (missed) {
     escape(lane, path);
-    return;
+    return false;
   }
   Surface s;
   surface_from_hit(WAVE.scene, hit, ray.direction, s);
@@ -66,15 +67,31 @@ void main() {
     add_light(lane, emitted, WAVE.scene.instances.v[hit.instance].light_group);
     if (FEATURE(FEATURE_DATA_PASSES) && path.bounce == 0u) WAVE.records.v[lane].emission += emitted;
   }
-  if (path_is_last(WAVE.integrator, path)) return;  // it only brought light home
+  if (path_is_last(WAVE.integrator, path)) return false;  // it only brought light home
+  const vec3 smooth_normal = s.n;
   if (FEATURE(FEATURE_TEXTURES)) {
     material_fetch(WAVE.scene, s, material);
     s.n = material_normal(WAVE.scene, s);
   }
   Bsdf bsdf;
   bsdf_prepare(WAVE.scene, material, s.n, s.ng, -ray.direction, bsdf);
+  if (FEATURE(FEATURE_TEXTURES)) bsdf.n_smooth = smooth_normal;
+  if (FEATURE(FEATURE_WHITTED)) whitted_prepare(material, LOAD(WAVE.scene.classic, s.material), bsdf);
   if (FEATURE(FEATURE_DATA_PASSES) && path.bounce == 0u) record(lane, s, material, bsdf);
   STORE(WAVE.surfaces, lane, s);
   STORE(WAVE.bsdfs, lane, bsdf);
-  STORE(WAVE.shading_queue, append(WAVE_SHADING), lane);
+  if (FEATURE(FEATURE_OCCLUSION)) {
+    const ClassicMaterial classic = LOAD(WAVE.scene.classic, s.material);
+    add_light(lane, path.throughput * ambient_term(material, classic, WAVE.ambient), -1);
+  }
+  if (FEATURE(FEATURE_WHITTED)) push_children(lane, path, s, material, bsdf, -ray.direction);
+  return true;
+}
+
+void main() {
+  if (beyond(WAVE_RAYS)) return;
+  const uint lane = LOAD(WAVE.rays_queue, gl_GlobalInvocationID.x);
+  bool goes_on = shade(lane);
+  if (FEATURE(FEATURE_WHITTED)) goes_on = goes_on || WAVE.trees.v[lane].pending > 0u;
+  if (goes_on) STORE(WAVE.shading_queue, append(WAVE_SHADING), lane);
 }

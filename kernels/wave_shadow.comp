@@ -15,14 +15,28 @@ float alpha_of(Hit hit) {
   return alpha_at(WAVE.scene, at);
 }
 
+// Whitted: takes the ray straight across glass, and dims its light. Returns false where the surface stops it.
+bool cross_pane(Hit hit, inout ShadowRay ray, inout vec3 light) {
+  Surface s;
+  surface_from_hit(WAVE.scene, hit, ray.direction, s);
+  Material material = LOAD(WAVE.scene.materials, s.material);
+  if (FEATURE(FEATURE_TEXTURES)) material_fetch(WAVE.scene, s, material);
+  ray.origin = surface_ray_origin(s.p, s.ng, s.epsilon, ray.direction);
+  ray.t_max -= hit.t;
+  return whitted_cross_pane(material, LOAD(WAVE.scene.classic, s.material), s, ray.direction, hit.t, light);
+}
+
 void main() {
   if (beyond(WAVE_SHADOWS)) return;
   const uint place = LOAD(WAVE.shadows_queue, gl_GlobalInvocationID.x);
-  const ShadowRay ray = LOAD(WAVE.shadow_rays, place);
+  ShadowRay ray = LOAD(WAVE.shadow_rays, place);
+  const bool sees_through = FEATURE(FEATURE_WHITTED) && flag(WAVE_TRANSPARENT_SHADOWS);
   const uint limit = WAVE.transparent_bounces;
   uint crossed = 0u;
+  uint panes = 0u;
   float t_min = 0.0f;
   float kept = 1.0f;  // share of the light that is left
+  vec3 light = ray.contribution;
   while (true) {
     Hit hit;
     hit.t = ray.t_max;
@@ -31,13 +45,21 @@ void main() {
     hit.triangle = 0u;
     hit.instance = INVALID_ID;
     // Any surface will do, unless light may come through it.
-    const bool any = !FEATURE(FEATURE_TRANSPARENCY);
+    const bool any = !FEATURE(FEATURE_TRANSPARENCY) && !sees_through;
     if (!bvh_trace(WAVE.bvh, ray.origin, ray.direction, t_min, ray.visibility, any, hit)) break;
-    kept = FEATURE(FEATURE_TRANSPARENCY) ? kept * (1.0f - alpha_of(hit)) : 0.0f;
+    const float alpha = FEATURE(FEATURE_TRANSPARENCY) ? alpha_of(hit) : 1.0f;
+    if (sees_through && alpha >= 1.0f) {
+      panes += 1u;
+      t_min = 0.0f;
+      if (panes <= WHITTED_PANES && cross_pane(hit, ray, light)) continue;
+    }
+    kept *= 1.0f - alpha;
     crossed += 1u;
     if (crossed > limit && limit < WAVE_UNLIMITED) kept = 0.0f;
     if (!(kept > 0.0f)) break;
     t_min = hit.t;
   }
   WAVE.shadow_rays.v[place].t_max = kept;
+  // A pane is not a shadow: what it takes away is missing from the light that could arrive, too.
+  if (sees_through && kept > 0.0f) WAVE.shadow_rays.v[place].contribution = light;
 }

@@ -8,6 +8,7 @@
 #include "camera.h"
 #include "film.h"
 #include "integrator.h"
+#include "occlusion.h"
 
 #ifdef __cplusplus
 namespace cotorra {
@@ -32,6 +33,7 @@ const uint WAVE_TRANSPARENT = 1u;           // RenderJob's flags
 const uint WAVE_CAMERA_MEETS_LIGHTS = 2u;
 const uint WAVE_LAST_RAYS_FIND_LIGHT = 4u;
 const uint WAVE_ALL_LIGHTS = 8u;            // every lamp is sampled at each vertex
+const uint WAVE_TRANSPARENT_SHADOWS = 16u;  // Whitted: shadow rays see through glass
 
 // Transparent surfaces that a ray may cross: from here on, any number.
 const uint WAVE_UNLIMITED = 256u;
@@ -75,6 +77,21 @@ struct WaveRecord {
   vec2 uv;
 };
 
+// Whitted: what a sample still has to trace. Rays wait on a stack, so that the deepest comes first and there are never
+// more than levels of the recursion, and one.
+struct WaveTree {
+  uint pending;  // rays that wait
+  uint medium;   // material that the ray under way runs inside of, INVALID_ID: none that absorbs
+};
+
+struct WavePending {
+  PathState path;
+  vec3 origin;
+  uint medium;
+  vec3 direction;
+  uint unused;
+};
+
 BUFFER_REF(WavePixel, WavePixelBuffer)
 BUFFER_RW(uint, UintRwBuffer)
 BUFFER_RW(vec3, Vec3RwBuffer)
@@ -86,6 +103,8 @@ BUFFER_RW(Bsdf, BsdfRwBuffer)
 BUFFER_RW(ShadowRay, ShadowRayRwBuffer)
 BUFFER_RW(WaveSample, WaveSampleRwBuffer)
 BUFFER_RW(WaveRecord, WaveRecordRwBuffer)
+BUFFER_RW(WaveTree, WaveTreeRwBuffer)
+BUFFER_RW(WavePending, WavePendingRwBuffer)
 BUFFER_RW(FilmPixel, FilmPixelRwBuffer)
 
 // Everything that stays the same while a session renders.
@@ -96,7 +115,8 @@ struct WaveData {
   UintRwBuffer rays_queue;
   UintRwBuffer shading_queue;
   UintRwBuffer shadows_queue;
-  // By lane; shadow_rays by light slot x lanes + lane, groups by lane x light_groups + group.
+  // By lane; shadow_rays by light slot x lanes + lane, groups by lane x light_groups + group, pending by place on the
+  // stack x lanes + lane.
   CameraRayRwBuffer rays;
   PathStateRwBuffer paths;
   HitRwBuffer hits;
@@ -106,6 +126,8 @@ struct WaveData {
   WaveSampleRwBuffer samples;
   WaveRecordRwBuffer records;
   Vec3RwBuffer groups;
+  WaveTreeRwBuffer trees;
+  WavePendingRwBuffer pending;
   // By pixel of the tiles that are being rendered.
   WavePixelBuffer pixels;
   FilmPixelRwBuffer film;
@@ -120,6 +142,9 @@ struct WaveData {
   uint light_groups;
   uint adaptive;  // film_odd is kept
   uint transparent_bounces;
+  uint whitted_depth;
+  float whitted_threshold;
+  vec3 ambient;
 };
 BUFFER_REF(WaveData, WaveDataBuffer)
 
@@ -138,7 +163,7 @@ struct WavePush {
 
 #ifdef __cplusplus
 static_assert(sizeof(WavePixel) == 16 && sizeof(WaveSample) == 24 && sizeof(WaveRecord) == 104 &&
-              sizeof(WavePush) == 40);
+              sizeof(WaveTree) == 8 && sizeof(WavePending) == 80 && sizeof(WavePush) == 40);
 }  // namespace cotorra
 #endif
 

@@ -10,6 +10,8 @@
 namespace cotorra {
 #endif
 
+const uint WHITTED_PANES = 16u;  // glass surfaces that a shadow ray may cross; the next one stops it
+
 // The rays that go on from a surface (Whitted 1980, "An improved illumination model for shaded display", eq. 3).
 struct WhittedChildren {
   vec3 reflected;  // unit direction
@@ -108,6 +110,22 @@ FN vec3 whitted_shadow(IN(Material) material, IN(ClassicMaterial) classic, float
   const vec3 f = glass_reflectance(material.specular_tint, ior, max(ior, 1.0f / ior), c);
   const vec3 tint = sqrt(clamp(material.base_color, vec3(0.0f), vec3(1.0f)));
   return (vec3(1.0f) - f) * tint * glass_share(material, classic);
+}
+
+// Takes a shadow ray that met a surface after `distance` straight across it. Returns false where nothing of it is left.
+FN bool whitted_cross_pane(IN(Material) material, IN(ClassicMaterial) classic, IN(Surface) s, vec3 direction,
+                           float distance, INOUT(vec3) kept) {
+  kept *= whitted_shadow(material, classic, abs(dot(s.n, direction)));
+  if (s.side < 0.0f) kept *= medium_transmittance(classic.absorption, distance);
+  return max_component(kept) > 0.0f;
+}
+
+// The material that a ray of this kind runs inside of when it leaves the surface; INVALID_ID: none that absorbs, as
+// most, which then need no exponential. A closed surface has its medium behind it: who leaves it on that side runs
+// inside.
+FN uint whitted_medium(IN(ClassicMaterial) classic, IN(Surface) s, uint kind) {
+  const bool inside = (s.side < 0.0f) != (kind == VISIBLE_TRANSMISSION);
+  return select(inside && !is_black(classic.absorption), s.material, INVALID_ID);
 }
 
 // Takes a path into one of its children. False where it carries too little to be worth a ray.

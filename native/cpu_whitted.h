@@ -9,13 +9,6 @@
 namespace cotorra {
 namespace {
 
-constexpr int kMostPanes = 16;  // glass surfaces that a shadow ray may cross; the next one stops it
-
-// The material if it absorbs, and INVALID_ID else: most rays need no exponential.
-uint absorbing(const SceneData &scene, uint material) {
-  return is_black(scene.classic.v[material].absorption) ? INVALID_ID : material;
-}
-
 // What the media that the rays ran inside of have left of them.
 void absorb(const Tracer &t, int lanes) {
   for (std::size_t i = 0; i < static_cast<std::size_t>(lanes); ++i) {
@@ -33,9 +26,7 @@ void store_child(const Tracer &t, std::size_t lane, vec3 direction, vec3 weight,
   if (!whitted_advance(ray.path, s, direction, weight, kind, t.job.classic.threshold, ray.origin)) return;
   ray.slot = t.batch.slot[lane];
   ray.direction = direction;
-  // A closed surface has its medium behind it: who leaves it on that side runs inside.
-  const bool inside = (s.side < 0.0f) != (kind == VISIBLE_TRANSMISSION);
-  ray.medium = inside ? absorbing(*t.job.scene, s.material) : INVALID_ID;
+  ray.medium = whitted_medium(t.job.scene->classic.v[s.material], s, kind);
   t.batch.classic->pending[ray.path.bounce].push_back(ray);
 }
 
@@ -80,9 +71,7 @@ bool cross_pane(const SceneData &scene, const Hit &hit, embree::RayHit<kWidth> &
   Surface s;
   surface_from_hit(scene, hit, direction, s);
   const ClassicMaterial &classic = scene.classic.v[s.material];
-  kept *= whitted_shadow(surface_material(scene, s), classic, abs(dot(s.n, direction)));
-  if (s.side < 0.0f) kept *= medium_transmittance(classic.absorption, hit.t);
-  if (!(max_component(kept) > 0.0f)) return false;
+  if (!whitted_cross_pane(surface_material(scene, s), classic, s, direction, hit.t, kept)) return false;
   start_ray(p, k, surface_ray_origin(s.p, s.ng, s.epsilon, direction), direction, 0.0f, p.ray.tfar[k], p.ray.mask[k]);
   return true;
 }
@@ -104,7 +93,7 @@ void see_through(const Tracer &t, const embree::Ray<kWidth> &asked, int count, e
     p.hit.geom_id[k] = p.hit.inst_id[k] = embree::kInvalidId;
     any |= valid[k] != 0;
   }
-  for (int pane = 0; pane <= kMostPanes && any; ++pane) {
+  for (int pane = 0; pane <= static_cast<int>(WHITTED_PANES) && any; ++pane) {
     intersect(*t.job.rtc, valid, t.job.bvh, &p, &t.arguments);
     any = false;
     for (std::size_t k = 0; k < kWidth; ++k) {

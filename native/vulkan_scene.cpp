@@ -109,7 +109,8 @@ void upload_scene(const Scene &scene, std::uint32_t features, Uploader &uploader
   const std::size_t shapes = (features & FEATURE_LIGHT_SHAPES) != 0 ? data.light_count : 0;
   data.light_shapes.v = uploader.put(std::span(data.light_shapes.v, shapes), "light shapes");
   upload_textures(scene, uploader, data);  // nothing, where no material reads an image
-  data.classic.v = nullptr;  // of the integrators that only the CPU has
+  const bool classic = (features & (FEATURE_WHITTED | FEATURE_OCCLUSION | FEATURE_TOON)) != 0;
+  data.classic.v = uploader.put(std::span(data.classic.v, classic ? data.material_count : 0), "materials");
 }
 
 }  // namespace cotorra::vulkan

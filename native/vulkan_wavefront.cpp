@@ -99,8 +99,12 @@ class WavefrontOnCard final : public Wavefront {
     const bool emitters = has(FEATURE_EMISSIVE_MESHES) && wave_.scene.emitter_count > 0;
     return (all_lights() ? wave_.scene.light_count : picks) + (emitters ? 1 : 0);
   }
-  // Vertices of the longest path, the one included that only brings light home.
-  std::uint32_t vertices() const { return has(FEATURE_BOUNCES | FEATURE_BSDF_RAYS) ? job_.limits.max_bounces + 2 : 1; }
+  // Vertices of the longest path, the one included that only brings light home; of Whitted's trees, one after the
+  // other.
+  std::uint32_t vertices() const {
+    if (has(FEATURE_WHITTED)) return ~0u;
+    return has(FEATURE_BOUNCES | FEATURE_BSDF_RAYS) ? job_.limits.max_bounces + 2 : 1;
+  }
 
   const Scene &scene_;
   const RenderJob &job_;
@@ -147,6 +151,7 @@ std::uint64_t WavefrontOnCard::lane_bytes() const {
                         sizeof(WaveSample) + 2 * sizeof(uint);
   bytes += light_slots(0) * (sizeof(ShadowRay) + sizeof(uint));
   if (has(FEATURE_DATA_PASSES)) bytes += sizeof(WaveRecord);
+  if (has(FEATURE_WHITTED)) bytes += sizeof(WaveTree) + (job_.classic.depth + 1) * sizeof(WavePending);
   return bytes + job_.passes.light_groups * sizeof(vec3);
 }
 
@@ -169,6 +174,10 @@ void WavefrontOnCard::allocate_lanes() {
   wave_.samples.v = add<WaveSample>(b, n, purpose);
   if (has(FEATURE_DATA_PASSES)) wave_.records.v = add<WaveRecord>(b, n, purpose);
   if (job_.passes.light_groups > 0) wave_.groups.v = add<vec3>(b, n * job_.passes.light_groups, purpose);
+  if (has(FEATURE_WHITTED)) {
+    wave_.trees.v = add<WaveTree>(b, n, purpose);
+    wave_.pending.v = add<WavePending>(b, n * (job_.classic.depth + 1), purpose);
+  }
   counters_ = std::make_unique<Buffer>(device_, WAVE_COUNTERS * sizeof(uint), purpose);
   counters_host_ = std::make_unique<Buffer>(device_, WAVE_COUNTERS * sizeof(uint), purpose, true);
   data_ = std::make_unique<Buffer>(device_, sizeof(WaveData), purpose);
@@ -186,10 +195,14 @@ void WavefrontOnCard::describe_job() {
   wave_.light_groups = job_.passes.light_groups;
   wave_.adaptive = job_.passes.error ? 1u : 0u;
   wave_.transparent_bounces = job_.transparent_bounces;
+  wave_.whitted_depth = job_.classic.depth;
+  wave_.whitted_threshold = job_.classic.threshold;
+  wave_.ambient = job_.classic.ambient;
   if (job_.transparent) wave_.flags |= WAVE_TRANSPARENT;
   if (job_.camera_meets_lights) wave_.flags |= WAVE_CAMERA_MEETS_LIGHTS;
   if (job_.last_rays_find_light) wave_.flags |= WAVE_LAST_RAYS_FIND_LIGHT;
   if (all_lights()) wave_.flags |= WAVE_ALL_LIGHTS;
+  if (job_.classic.transparent_shadows) wave_.flags |= WAVE_TRANSPARENT_SHADOWS;
 }
 
 // ---- Each pass over some tiles

@@ -159,10 +159,10 @@ def _lights(lamps: list[Lamp]) -> buffers.Lights:
     )
 
 
-def scene(
+def exported(
     shapes: list[Shape], lamps: list[Lamp] | None = None, world: tuple[float, float, float] = (0.0, 0.0, 0.0)
-) -> Any:
-    """The shapes as a native scene, each an object with its own material."""
+) -> buffers.SceneBuffers:
+    """The shapes as the exporter would hand them over, each an object with its own material."""
     meshes = []
     for number, shape in enumerate(shapes):
         padded = np.zeros((len(shape.positions) + 2, 3), F32)
@@ -189,7 +189,7 @@ def scene(
         light_group=np.full(count, -1, I32),
         terminator=np.zeros(count, F32),
     )
-    made = buffers.SceneBuffers(
+    return buffers.SceneBuffers(
         meshes=tuple(meshes),
         instances=instances,
         materials=_materials(shapes),
@@ -197,7 +197,11 @@ def scene(
         lights=_lights(lamps or []),
         world=buffers.World(color=world),
     )
-    return native.load().Scene(made, threads=1, embree=native.embree_library())
+
+
+def scene(*contents: Any, **world: Any) -> Any:
+    """As `exported`, as a native scene."""
+    return native.load().Scene(exported(*contents, **world), threads=1, embree=native.embree_library())
 
 
 def session(made: Any, view: buffers.Camera, integrator: str, **settings: Any) -> Any:

@@ -43,12 +43,15 @@ CASES = [
         'WhittedChildren alone = children;'
         'whitted_principled(material, classic, bsdf, true, c, alone); kr_alone = alone.reflected_weight;'
         'share = glass_share(material, classic); shadow = whitted_shadow(material, classic, c);'
-        'polished = select(is_smooth(material), 1u, 0u);',
+        'polished = select(is_smooth(material), 1u, 0u); light = classic.toon_lit;'
+        'crosses = select(whitted_cross_pane(material, classic, s, o, c, light), 1u, 0u);'
+        'medium = whitted_medium(classic, s, VISIBLE_TRANSMISSION);',
         {'material': MATERIAL, 'classic': CLASSIC, 's': SURFACE, 'wo': WO, 'c': COSINE},
         {'prepared': 'Bsdf', 'reflected': 'vec3', 'transmitted': 'vec3', 'kr': 'vec3', 'kt': 'vec3'}
-        | {'kr_alone': 'vec3', 'share': 'float', 'shadow': 'vec3', 'polished': 'uint'},
+        | {'kr_alone': 'vec3', 'share': 'float', 'shadow': 'vec3', 'polished': 'uint', 'light': 'vec3'}
+        | {'crosses': 'uint', 'medium': 'uint'},
         ROUNDING,
-        {'transmitted': CRITICAL, 'kr': CRITICAL, 'kt': CRITICAL},
+        {'transmitted': CRITICAL, 'kr': CRITICAL, 'kt': CRITICAL, 'light': LIBRARY},
         scene=True,
     ),
     Case(
