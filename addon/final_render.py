@@ -169,47 +169,56 @@ class RenderJob:
 
         # Render: until all samples are there or the user stops it; either way what is there goes into the passes.
         self.reporter.phase('Rendering')
+        session = self.open_session(module, native_scene, camera, render_settings)
         try:
-            self.render_on_device(module, native_scene, camera, render_settings, sources)
-        except module.DeviceError as error:
-            device = render_settings.device
-            if self.stats.progress > 0.0:
-                raise RenderError(f'{device}: {error}; the render result holds what was rendered until then') from error
-            if device == 'CPU' or not self.scene.cotorra.use_device_fallback:
-                raise RenderError(f'{device}: {error}') from error
-            self.log.warning(f'The CPU renders instead of {device}: {error}')
-            self.reporter.phase('Building')
-            began = time.perf_counter()
-            self.build_bvh(module, native_scene, render_settings.threads)
-            self.stats.build_seconds += time.perf_counter() - began
-            self.stats.scene = dict(native_scene.stats())
-            self.reporter.phase('Rendering')
-            render_settings = dataclasses.replace(render_settings, device='CPU')
-            self.stats.describe(size, 'CPU', render_settings)
-            self.render_on_device(module, native_scene, camera, render_settings, sources)
+            try:
+                self.render(session, render_settings, sources)
+            except module.DeviceError as error:
+                if session.progress() > 0.0:
+                    passes.write(session, self.result, sources, render_settings.samples, **self.film())
+                self.fall_back(module, native_scene, render_settings, error, session)
+                session.continue_on_cpu()
+                self.render(session, render_settings, sources)
+        finally:
+            session.cancel()
+            self.stats.take(session)
 
     def build_bvh(self, module: ModuleType, scene: Any, threads: int) -> None:
         """What the CPU needs to trace rays; graphics cards build their own."""
         embree = native.embree_library()
         interruptible(module, self.log, lambda stop: scene.build_bvh(threads, embree, should_cancel=stop))
 
-    def render_on_device(
-        self, module: ModuleType, scene: Any, camera: Camera, render_settings: RenderSettings, sources: dict[str, str]
-    ) -> None:
-        """Render with one session. Raises the module's DeviceError where its device cannot, or cannot go on."""
-        session = module.Session(scene, camera, render_settings)
+    def open_session(self, module: ModuleType, scene: Any, camera: Camera, render_settings: RenderSettings) -> Any:
         try:
-            self.render(session, render_settings, sources)
-        except module.DeviceError:
-            if session.progress() > 0.0:
-                passes.write(session, self.result, sources, render_settings.samples, passes.film_exposure(self.scene))
-            raise
-        finally:
-            session.cancel()
-            self.stats.take(session)
+            return module.Session(scene, camera, render_settings)
+        except module.DeviceError as error:
+            self.fall_back(module, scene, render_settings, error)
+            return module.Session(scene, camera, dataclasses.replace(render_settings, device='CPU'))
+
+    def fall_back(
+        self, module: ModuleType, scene: Any, render_settings: RenderSettings, error: Exception, session: Any = None
+    ) -> None:
+        """Prepares the scene for the CPU, where the user allows that it takes over; raises RenderError else."""
+        device, done = render_settings.device, session is not None and session.progress() > 0.0
+        if device == 'CPU' or not self.scene.cotorra.use_device_fallback:
+            kept = '; the render result holds what was rendered until then' if done else ''
+            raise RenderError(f'{device}: {error}{kept}') from error
+        after = f' after {session.samples_done()} of {render_settings.samples} samples' if done else ''
+        self.log.warning(f'The CPU renders instead of {device}{after}: {error}')
+        self.reporter.phase('Building')
+        began = time.perf_counter()
+        self.build_bvh(module, scene, render_settings.threads)
+        self.stats.build_seconds += time.perf_counter() - began
+        self.stats.scene = dict(scene.stats())
+        self.stats.device = f'{device}, CPU' if done else 'CPU'
+        self.reporter.phase('Rendering')
+
+    def film(self) -> dict[str, float]:
+        """What passes.write does with the light of the film."""
+        return {'exposure': passes.film_exposure(self.scene), 'white': passes.reinhard_white(self.scene)}
 
     def render(self, session: Any, render_settings: RenderSettings, sources: dict[str, str]) -> None:
-        film = {'exposure': passes.film_exposure(self.scene), 'white': passes.reinhard_white(self.scene)}
+        film = self.film()
         show_pictures = in_window()
         next_picture, pause = time.perf_counter() + FIRST_PICTURE_SECONDS, PICTURE_SECONDS
         session.start()
@@ -243,7 +252,7 @@ class RenderJob:
 
 
 def interruptible(module: ModuleType, log: Log, work: Callable[[Callable[[], bool]], Any]) -> Any:
-    """What `work(should_cancel)` returns; a thread of its own runs it, so that this one sees the user's wish to stop."""
+    """What `work(should_cancel)` returns; a thread of its own does it, so that this one sees the wish to stop."""
     cancel = threading.Event()
     outcome: list[Any] = []
     failure: list[BaseException] = []

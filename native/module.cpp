@@ -376,6 +376,10 @@ NB_MODULE(cotorra_native, m) {
       .def("start", &Session::start, "Starts the threads and returns.")
       .def("wait", &Session::wait, "seconds"_a, nb::call_guard<nb::gil_scoped_release>(),
            "Waits; True when all threads have stopped. Raises what a thread raised.")
+      .def("continue_on_cpu", &Session::continue_on_cpu,
+           "After `wait` raised DeviceError: `start` will let the CPU take the samples that are missing, and those "
+           "that\n"
+           "there are stay. Raises ValueError where the scene has no BVH for the CPU.")
       .def("cancel", &Session::cancel, "Asks the threads to stop; what was rendered stays.")
       .def("progress", &Session::progress, "0 to 1.")
       .def("samples_done", &Session::samples_done, "Samples that every pixel has behind it.")

@@ -185,7 +185,8 @@ void Session::start() {
   const std::lock_guard lock(mutex_);
   if (!threads_.empty()) throw std::logic_error("this session was started before");
   const int n = device_->threads(settings_.threads);
-  begin_ = end_ = std::chrono::steady_clock::now();
+  end_ = std::chrono::steady_clock::now();
+  if (begin_ == std::chrono::steady_clock::time_point{}) begin_ = end_;
   running_ = n;
   for (int i = 0; i < n; ++i) threads_.emplace_back([this] { work(); });
 }
@@ -210,6 +211,7 @@ void Session::work() {
       while (tile_passes_[tile].load(std::memory_order_acquire) < pass && !cancel_.load(std::memory_order_relaxed)) {
         std::this_thread::yield();
       }
+      if (tile_passes_[tile].load(std::memory_order_acquire) > pass) continue;  // another device did it
       const std::uint32_t first = pass > 0 ? pass_ends_[pass - 1] : 0;
       run_tiles(tile, std::min<std::size_t>(at_once, film_.tile_count() - tile), first, pass_ends_[pass] - first,
                 *workspace, counts);
@@ -268,6 +270,17 @@ bool Session::wait(double seconds) {
       changed_.wait_for(lock, std::chrono::duration<double>(std::max(seconds, 0.0)), [this] { return running_ == 0; });
   if (done && error_) std::rethrow_exception(std::exchange(error_, nullptr));
   return done;
+}
+
+void Session::continue_on_cpu() {
+  const std::lock_guard lock(mutex_);
+  if (running_ > 0) throw std::logic_error("this session is at work");
+  for (std::thread &thread : threads_) thread.join();
+  threads_.clear();
+  use_embree();
+  device_ = make_cpu_device(job_);
+  next_work_ = 0;
+  cancel_ = false;
 }
 
 double Session::progress() const {

@@ -77,6 +77,9 @@ class Session {
   void start();
   // True when all threads have stopped. Rethrows what a thread threw.
   bool wait(double seconds);
+  // After `wait` threw DeviceError: `start` will let the CPU take the samples that are missing; those that there are
+  // stay.
+  void continue_on_cpu();
   void cancel() { cancel_.store(true, std::memory_order_relaxed); }
   double progress() const;
   std::uint32_t samples_done() const;

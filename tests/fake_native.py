@@ -12,7 +12,7 @@ import time
 import numpy as np
 
 # Knobs.
-fail_in = ''  # 'scene', 'session', 'device', 'render' or 'read'
+fail_in = ''  # 'scene', 'session', 'device', 'lost', 'render' or 'read'
 build_seconds = 0.0
 sample_seconds = 0.0
 read_seconds = 0.0
@@ -73,8 +73,12 @@ class Session:
         assert scene.bvh == (settings.device == 'CPU'), 'a BVH for the CPU, and for it alone'
         self.camera, self.settings = camera, settings
         sessions.append(self)
-        self._stop = threading.Event()
+        self._scene = scene
         self._samples = 0
+        self._prepare()
+
+    def _prepare(self):
+        self._stop = threading.Event()
         self._thread = threading.Thread(target=self._work, daemon=True)
 
     def _work(self):
@@ -89,8 +93,16 @@ class Session:
     def wait(self, seconds):
         if fail_in == 'render':
             raise RuntimeError('a worker failed')
+        if fail_in == 'lost' and self.settings.device != 'CPU' and not self._scene.bvh and self._samples > 1:
+            self._stop.set()
+            raise DeviceError('the card is gone')
         self._thread.join(seconds)
         return not self._thread.is_alive()
+
+    def continue_on_cpu(self):
+        assert self._scene.bvh, 'the CPU needs a BVH'
+        self._thread.join()
+        self._prepare()
 
     def cancel(self):
         self._stop.set()

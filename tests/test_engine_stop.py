@@ -254,3 +254,15 @@ def test_a_card_that_cannot_render_hands_over_to_the_cpu(scene, tmp_path):
     scene.cotorra.use_device_fallback = False
     with pytest.raises(RuntimeError, match='VULKAN: no card today'):
         render_to(scene, tmp_path / 'o.exr')
+
+
+def test_a_card_that_is_lost_hands_over_what_is_missing(scene, tmp_path):
+    """The session stays, and with it the samples that it has."""
+    fake_native.configure('fail_in=lost sample_seconds=0.01')
+    scene.cotorra.device, scene.cotorra.samples = 'VULKAN', 8
+    stopper = Stopper()
+    with watch.attached(stopper):
+        render_to(scene, tmp_path / 'o.exr')
+    assert len(fake_native.sessions) == 1 and fake_native.sessions[0].samples_done() == 8
+    assert stats.last(scene.name)[0].device == 'VULKAN, CPU'
+    assert any('of 8 samples: the card is gone' in text for _, text in stopper.messages)
