@@ -9,6 +9,7 @@ Whether two images are the same within 1 % is told only by references of many sa
 from __future__ import annotations
 
 import argparse
+import dataclasses
 import json
 import os
 import sys
@@ -78,11 +79,17 @@ def bench_case(case: runner.Case, blender: int, options: argparse.Namespace) -> 
     cycles, cycles_reference = runner.measure(
         case, 'CYCLES', counts, [1 + seed for seed in seeds], options.reference_samples, (1001, 1002)
     )
-    result, same = judge.verdict(ours, renders, reference, cycles, cycles_reference, blender)
+    cpu = None
+    if options.engine == 'COTORRA' and case.device != 'CPU':
+        on_cpu = dataclasses.replace(case, device='CPU')
+        cpu = runner.measure(
+            on_cpu, 'COTORRA', counts, [11 + seed for seed in seeds], options.reference_samples, (2001, 2002)
+        )
+    result, same = judge.verdict(ours, renders, reference, cycles, cycles_reference, blender, cpu)
     if options.engine == 'COTORRA' and case.device == 'CPU':
         result['tracing'] = runner.tracing(case, counts[0])
     elif options.engine == 'COTORRA':
-        result['device'] = runner.device_figures(renders)
+        result['device'] = runner.device_figures(case, renders)
     width, height = case.size
     title = f'{case.source.name}, {case.bounces} bounces, {width}×{height}, {case.threads} threads'
     print(report.case_text(title, result, same, width * height) + '\n', flush=True)

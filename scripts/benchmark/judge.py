@@ -106,6 +106,15 @@ def equal_error(ours: list[Row], cycles: list[Row], measure: str, against: str =
     )
 
 
+def against_cpu(ours: list[Row], renders: list[Render], reference: Reference, blender: int) -> dict[str, Any]:
+    """Our CPU device's time over a graphics card's, to the error of the former's most samples; the error is trimmed."""
+    table = rows('COTORRA, CPU', renders, reference, reference, blender)
+    try:
+        return {'rows': [asdict(row) for row in table], **asdict(equal_error(ours, table, 'trimmed'))}
+    except ValueError as problem:
+        return {'rows': [asdict(row) for row in table], 'failed': str(problem)}
+
+
 def verdict(
     name: str,
     renders: list[Render],
@@ -113,8 +122,12 @@ def verdict(
     cycles: list[Render],
     cycles_reference: Reference,
     blender: int,
+    cpu: tuple[list[Render], Reference] | None = None,
 ) -> tuple[dict[str, Any], SameImage]:
-    """Everything about one case, ready for JSON, and the comparison of the two converged images."""
+    """Everything about one case, ready for JSON, and the comparison of the two converged images.
+
+    cpu: the same by our CPU device, where `renders` are a graphics card's.
+    """
     ours_rows = rows(name, renders, reference, cycles_reference, blender)
     cycles_rows = rows('CYCLES', cycles, cycles_reference, cycles_reference, blender)
     equal, failed = [], []
@@ -128,6 +141,7 @@ def verdict(
     same_numbers = asdict(same)
     del same_numbers['tiles']
     return {
+        **({'cpu': against_cpu(ours_rows, *cpu, blender)} if cpu else {}),
         'rows': [asdict(row) for row in (*cycles_rows, *ours_rows)],
         'equal_error': equal,
         'equal_error_failed': failed,

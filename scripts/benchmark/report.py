@@ -85,7 +85,7 @@ def case_text(title: str, result: dict[str, Any], same: SameImage, pixels: int) 
             f'ratio {ray_share(tracing):.1%} ({kinds})'
         )
     if 'device' in result:
-        text.append(device_text(result['device']))
+        text += [cpu_text(result['cpu']), device_text(result['device'])]
     bad = max(max(row['own']['bad'], row['cycles']['bad']) for row in result['rows'])
     if bad:
         text.append(f'  {bad} PIXELS WITH NaN OR INFINITY were left out')
@@ -96,14 +96,33 @@ def case_text(title: str, result: dict[str, Any], same: SameImage, pixels: int) 
     return '\n'.join(text)
 
 
+def cpu_text(entry: dict[str, Any]) -> str:
+    """A graphics card against our CPU device."""
+    last = entry['rows'][-1]
+    told = (
+        f'  our CPU device: {last["render"]:.2f} s rendering, {last["whole"]:.2f} s whole for {last["samples"]} samples'
+    )
+    if 'failed' in entry:
+        return f'{told}; equal error: none, {entry["failed"]}'
+    note = 'EXTRAPOLATED, ' if entry['extrapolated'] else ''
+    return (
+        f'{told}; equal error (own, trimmed): {entry["samples"]:.1f} samples of the card do; CPU / card = '
+        f'{entry["render"]:.2f} rendering, {entry["whole"]:.2f} whole ({note}slopes {entry["slope_ours"]:.2f} and '
+        f'{entry["slope_cycles"]:.2f})'
+    )
+
+
 def device_text(figures: dict[str, Any]) -> str:
     """A graphics card's rays and what it took before the first."""
+    starts = ', '.join(
+        f'{start} start: compiling {seconds["compile_seconds"]:.2f}, first samples after {seconds["first_seconds"]:.2f}'
+        for start, seconds in figures['starts'].items()
+    )
     rays = ', '.join(f'{kind} {count / figures["seconds"] / 1e6:.2f}' for kind, count in figures['rays'].items())
     return (
         f'  {figures["device"]} ({figures["isa"]} tracing), million rays a second: {rays}\n'
-        f'  seconds: BVH {figures["device_build_seconds"]:.2f}, upload {figures["upload_seconds"]:.2f}, '
-        f'compiling {figures["compile_seconds"]:.2f}, first samples after {figures["first_seconds"]:.2f}, '
-        f'warm {figures["warm_first_seconds"]:.2f}; {figures["device_bytes"] / 2**20:.0f} MiB on the device'
+        f'  seconds: BVH {figures["device_build_seconds"]:.2f}, upload {figures["upload_seconds"]:.2f}, {starts}; '
+        f'{figures["device_bytes"] / 2**20:.0f} MiB on the device'
     )
 
 

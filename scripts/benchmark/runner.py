@@ -9,6 +9,7 @@ from __future__ import annotations
 import hashlib
 import importlib.metadata
 import json
+import os
 import subprocess
 import sys
 import tempfile
@@ -49,8 +50,8 @@ class Render:
     stats: dict[str, Any]
 
 
-def run_worker(task: dict[str, Any]) -> dict[str, Any]:
-    """The worker's result; RuntimeError with its last words if there is none."""
+def run_worker(task: dict[str, Any], environment: dict[str, str] | None = None) -> dict[str, Any]:
+    """The worker's result; RuntimeError with its last words if there is none. `environment` is added to ours."""
     with tempfile.TemporaryDirectory(prefix='cotorra-bench-') as folder:
         task_file, result_file = Path(folder, 'task.json'), Path(folder, 'result.json')
         task_file.write_text(json.dumps(task))
@@ -61,6 +62,7 @@ def run_worker(task: dict[str, Any]) -> dict[str, Any]:
             stderr=subprocess.STDOUT,
             text=True,
             errors='replace',
+            env=os.environ | (environment or {}),
         )
         if not result_file.is_file():
             words = '\n  '.join(done.stdout.splitlines()[-15:])
@@ -145,17 +147,28 @@ def tracing(case: Case, samples: int) -> dict[str, Any]:
     return run_worker(task_of(case, 'BENCH_TRACE', jobs))['tracing']
 
 
-def device_figures(renders: list[Render]) -> dict[str, Any]:
-    """What a graphics card took before its first sample, and its rays; of the first render, the one of most samples."""
-    first = max(renders, key=lambda render: render.samples)
-    session = first.stats['layers'][0]['session']
-    keys = ('device', 'isa', 'device_build_seconds', 'upload_seconds', 'compile_seconds', 'first_seconds')
-    warm = min(render.stats['layers'][0]['session']['first_seconds'] for render in renders)
-    return {key: session[key] for key in (*keys, 'device_bytes')} | {
-        'rays': first.stats['rays'],
-        'seconds': first.render,
-        'warm_first_seconds': warm,
-    }
+STARTS = ('compile_seconds', 'first_seconds')
+
+
+def device_figures(case: Case, renders: list[Render]) -> dict[str, Any]:
+    """What a graphics card took before its first sample, and its rays, by the render of most samples.
+
+    starts: seconds of compiling, and until the first samples were there, of a process that finds no compiled kernels on
+    the disk (cold) and of the next one (warm).
+    """
+    most = max(renders, key=lambda render: render.samples)
+    session = most.stats['layers'][0]['session']
+    keys = ('device', 'isa', 'device_build_seconds', 'upload_seconds', 'device_bytes')
+    figures = {key: session[key] for key in keys} | {'rays': most.stats['rays'], 'seconds': most.render, 'starts': {}}
+    with tempfile.TemporaryDirectory(prefix='cotorra-bench-') as folder:
+        # The engine's own cache, and those of Mesa's and NVIDIA's drivers.
+        caches = ('XDG_CACHE_HOME', 'MESA_SHADER_CACHE_DIR', '__GL_SHADER_DISK_CACHE_PATH')
+        task = task_of(case, 'COTORRA', [{'samples': 1, 'seed': 1, 'output': ''}])
+        for start in ('cold', 'warm'):
+            render = run_worker(task, dict.fromkeys(caches, folder))['renders'][0]
+            session = render['stats']['layers'][0]['session']
+            figures['starts'][start] = {key: session[key] for key in STARTS}
+    return figures
 
 
 def measure(
