@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cstring>
+#include <future>
 #include <optional>
 
 #include "scene.h"
@@ -48,12 +49,15 @@ class WavefrontOnCard final : public Wavefront {
   WavefrontOnCard(const Scene &scene, const RenderJob &job, const DeviceChoice &choice,
                   std::shared_ptr<Instance> instance, const Physical &physical, SharedFigures &figures)
       : scene_(scene), job_(job), figures_(figures), device_(std::move(instance), physical) {
+    // Kernels are compiled while the scene is built and copied.
+    std::future<double> compiled = std::async(std::launch::async, [&, begin = Clock::now()] {
+      pipelines_.emplace(device_, job.features, static_cast<std::uint32_t>(sizeof(WavePush)), choice.cache);
+      return seconds_since(begin);
+    });
     upload(choice.threads);
-    const auto begin = Clock::now();
-    pipelines_.emplace(device_, job.features, static_cast<std::uint32_t>(sizeof(WavePush)), choice.cache);
-    const double seconds = seconds_since(begin);
     allocate_lanes();
     describe_job();
+    const double seconds = compiled.get();
     const std::lock_guard lock(figures_.mutex);
     figures_.figures.compile_seconds = seconds;
   }
