@@ -25,6 +25,11 @@ DEVICES = (
     ('CPU', 'CPU', "All processor cores that Blender's thread setting allows"),
     ('VULKAN', 'GPU (Vulkan)', 'A graphics card with Vulkan 1.2'),
 )
+RAY_TRACINGS = (
+    ('AUTO', 'Automatic', 'In hardware, where the graphics card can'),
+    ('SOFTWARE', 'Software', 'By compute kernels, on any graphics card'),
+    ('HARDWARE', 'Hardware', "By the graphics card's own ray tracing units (Vulkan ray queries)"),
+)
 DEVICE_INDEX_MAX = 63
 
 # What a material reflects by, in the order of kernels/scene_types.h (MODEL_*), as are the lists that follow.

@@ -88,6 +88,14 @@ def parser() -> argparse.ArgumentParser:
     )
     devices = ', '.join(identifier.lower() for identifier, _, _ in choices.DEVICES)
     line.add_argument('--device', type=device, metavar='NAME', help=f'{devices}; vulkan:1 for the second graphics card')
+    tracings = [identifier for identifier, _, _ in choices.RAY_TRACINGS]
+    line.add_argument(
+        '--ray-tracing',
+        type=str.upper,
+        choices=tracings,
+        metavar='NAME',
+        help=f'on a graphics card: {", ".join(tracings).lower()}',
+    )
     line.add_argument('--threads', type=whole(0, choices.THREADS_MAX), metavar='N', help='0 for all processor cores')
     line.add_argument('--size', type=size, metavar='WxH', help='in pixels')
     line.add_argument('--stats', type=Path, metavar='FILE.json', help='write times, rays, memory and warnings there')
@@ -213,6 +221,8 @@ def apply(options: argparse.Namespace, scene: bpy.types.Scene) -> None:
         scene.cotorra.model_override.model = options.model
     if options.device is not None:
         scene.cotorra.device, scene.cotorra.device_index = options.device
+    if options.ray_tracing is not None:
+        scene.cotorra.ray_tracing = options.ray_tracing
     if options.threads is not None:
         render.threads_mode = 'FIXED' if options.threads else 'AUTO'
         render.threads = max(1, options.threads)

@@ -9,7 +9,16 @@ from __future__ import annotations
 import bpy
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, PointerProperty
 
-from .choices import BOUNCES_MAX, DEVICE_INDEX_MAX, DEVICES, INTEGRATORS, SAMPLES_MAX, SEED_MAX, WHITTED_DEPTH_MAX
+from .choices import (
+    BOUNCES_MAX,
+    DEVICE_INDEX_MAX,
+    DEVICES,
+    INTEGRATORS,
+    RAY_TRACINGS,
+    SAMPLES_MAX,
+    SEED_MAX,
+    WHITTED_DEPTH_MAX,
+)
 from .light_settings import CotorraLightSettings
 from .material_settings import CotorraMaterialSettings, color
 from .material_settings import tag_owner as tag_scene
@@ -63,6 +72,13 @@ class CotorraSceneSettings(bpy.types.PropertyGroup):
         default=-1,
         min=-1,
         max=DEVICE_INDEX_MAX,
+        update=tag_scene,
+    )
+    ray_tracing: EnumProperty(
+        name='Ray Tracing',
+        description='What finds the surfaces that rays meet, on a graphics card',
+        items=RAY_TRACINGS,
+        default='AUTO',
         update=tag_scene,
     )
     use_device_fallback: BoolProperty(

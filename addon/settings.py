@@ -48,6 +48,7 @@ def render_settings(
         passes=native_passes,
         device=own.device,
         device_index=own.device_index,
+        ray_tracing=own.ray_tracing,
         cache=str(native.cache_folder()),
         ambient_color=tuple(own.ambient_color),
         outline_color=tuple(own.outline_color),

@@ -5,6 +5,9 @@
 #extension GL_EXT_buffer_reference : require
 #extension GL_EXT_buffer_reference2 : require
 #extension GL_EXT_shader_explicit_arithmetic_types_int64 : require
+#ifdef RAY_QUERY
+#extension GL_EXT_ray_query : require
+#endif
 
 layout(local_size_x = 64) in;
 layout(constant_id = 0) const uint KERNEL_FEATURES = 0xffffffffu;

@@ -5,6 +5,7 @@
 #extension GL_GOOGLE_include_directive : require
 #include "stage.glsl"
 #include "alpha.h"
+#include "trace.glsl"
 
 float alpha_of(Hit hit) {
   TexturePoint at;
@@ -39,14 +40,9 @@ void main() {
   vec3 light = ray.contribution;
   while (true) {
     Hit hit;
-    hit.t = ray.t_max;
-    hit.u = 0.0f;
-    hit.v = 0.0f;
-    hit.triangle = 0u;
-    hit.instance = INVALID_ID;
     // Any surface will do, unless light may come through it.
     const bool any = !FEATURE(FEATURE_TRANSPARENCY) && !sees_through;
-    if (!bvh_trace(WAVE.bvh, ray.origin, ray.direction, t_min, ray.visibility, any, hit)) break;
+    if (!trace(ray.origin, ray.direction, t_min, ray.t_max, ray.visibility, any, hit)) break;
     const float alpha = FEATURE(FEATURE_TRANSPARENCY) ? alpha_of(hit) : 1.0f;
     if (sees_through && alpha >= 1.0f) {
       panes += 1u;

@@ -5,6 +5,7 @@
 #extension GL_GOOGLE_include_directive : require
 #include "stage.glsl"
 #include "alpha.h"
+#include "trace.glsl"
 
 // Does the surface let the ray through? At random, in proportion to what it keeps.
 bool lets_through(Hit hit, PathState path, uint block_seed) {
@@ -28,12 +29,7 @@ void main() {
   float t_min = ray.t_min;
   Hit hit;
   while (true) {
-    hit.t = ray.t_max;
-    hit.u = 0.0f;
-    hit.v = 0.0f;
-    hit.triangle = 0u;
-    hit.instance = INVALID_ID;
-    bvh_trace(WAVE.bvh, ray.origin, ray.direction, t_min, path.ray_kind & VISIBLE_ALL, false, hit);
+    trace(ray.origin, ray.direction, t_min, ray.t_max, path.ray_kind & VISIBLE_ALL, false, hit);
     if (!FEATURE(FEATURE_TRANSPARENCY) || hit.instance == INVALID_ID) break;
     if (!lets_through(hit, path, pixel_of(lane).block_seed)) break;
     crossed += 1u;

@@ -92,6 +92,14 @@ struct WavePending {
   uint unused;
 };
 
+// A geometry of the hardware's acceleration structure. It is found at the custom index of the hardware's instance + the
+// geometry's index in there.
+struct TracedGeometry {
+  uint instance;
+  uint first_triangle;
+};
+
+BUFFER_REF(TracedGeometry, TracedGeometryBuffer)
 BUFFER_REF(WavePixel, WavePixelBuffer)
 BUFFER_RW(uint, UintRwBuffer)
 BUFFER_RW(vec3, Vec3RwBuffer)
@@ -107,10 +115,17 @@ BUFFER_RW(WaveTree, WaveTreeRwBuffer)
 BUFFER_RW(WavePending, WavePendingRwBuffer)
 BUFFER_RW(FilmPixel, FilmPixelRwBuffer)
 
-// Everything that stays the same while a session renders.
+struct AccelerationData {
+  TracedGeometryBuffer geometries;
+  uvec2 top;  // device address of the top level: low word, high word
+};
+
+// Everything that stays the same while a session renders. Of `bvh` and `acceleration` only that is filled which the
+// stages were compiled for (trace.glsl).
 struct WaveData {
   SceneData scene;
   BvhData bvh;
+  AccelerationData acceleration;
   UintRwBuffer counters;
   UintRwBuffer rays_queue;
   UintRwBuffer shading_queue;
@@ -163,7 +178,8 @@ struct WavePush {
 
 #ifdef __cplusplus
 static_assert(sizeof(WavePixel) == 16 && sizeof(WaveSample) == 24 && sizeof(WaveRecord) == 104 &&
-              sizeof(WaveTree) == 8 && sizeof(WavePending) == 80 && sizeof(WavePush) == 40);
+              sizeof(WaveTree) == 8 && sizeof(WavePending) == 80 && sizeof(WavePush) == 40 &&
+              sizeof(TracedGeometry) == 8);
 }  // namespace cotorra
 #endif
 

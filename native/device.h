@@ -27,13 +27,14 @@ struct DeviceError : std::runtime_error {
 struct DeviceChoice {
   std::string kind = "CPU";  // CPU, VULKAN
   int index = -1;            // of vulkan_devices(); -1: the first that can
+  std::string ray_tracing = "AUTO";  // AUTO, SOFTWARE, HARDWARE: what a graphics card traces rays by
   std::string cache;         // folder for compiled kernels, empty: none is kept
   int threads = 0;           // of the host, for what it builds; 0: all
 };
 
 struct DeviceFigures {
   std::string name;
-  std::string isa;                 // instruction set of the CPU kernels; how rays are traced on a graphics card
+  std::string isa;                 // instruction set of the CPU kernels; on a graphics card: software, ray query
   std::uint32_t features = 0;      // FEATURE_* compiled in
   double build_seconds = 0.0;      // of the device's own BVH
   double upload_seconds = 0.0;

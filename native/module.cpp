@@ -171,6 +171,7 @@ SettingsInput read_settings(nb::handle settings) {
   in.outline_object = nb::cast<bool>(nb::getattr(settings, "outline_object"));
   in.device.kind = nb::cast<std::string>(nb::getattr(settings, "device"));
   in.device.index = nb::cast<int>(nb::getattr(settings, "device_index"));
+  in.device.ray_tracing = nb::cast<std::string>(nb::getattr(settings, "ray_tracing"));
   in.device.cache = nb::cast<std::string>(nb::getattr(settings, "cache"));
   for (nb::handle pass : nb::getattr(settings, "passes")) in.passes.push_back(nb::cast<std::string>(pass));
   return in;
@@ -300,11 +301,13 @@ nb::list devices() {
   return list;
 }
 
-nb::list compile_kernels(const std::vector<std::string> &features, int device_index, const std::string &cache) {
+nb::list compile_kernels(const std::vector<std::string> &features, int device_index, const std::string &cache,
+                         const std::string &ray_tracing) {
   DeviceChoice choice;
   choice.kind = "VULKAN";
   choice.index = device_index;
   choice.cache = cache;
+  choice.ray_tracing = ray_tracing;
   nb::list list;
   for (const CompiledStage &stage : compile_vulkan_kernels(features_of(features), choice)) {
     nb::dict statistics;
@@ -333,9 +336,11 @@ NB_MODULE(cotorra_native, m) {
         "ray_query, problem (why it cannot be used, or ''). Raises DeviceError where there is no Vulkan.");
   m.def(
       "compile_kernels", &compile_kernels, "features"_a, "device_index"_a = -1, "cache"_a = "",
+      "ray_tracing"_a = "AUTO",
       "Compiles the kernels with these features (names as in Session.stats) for a Vulkan device, one stage after the\n"
       "other: a list of dicts with stage, seconds, and statistics (registers, spills, ... as the driver calls them).\n"
-      "`cache`: folder of compiled kernels, '' for none. Raises DeviceError; ValueError for an unknown feature.");
+      "`cache`: folder of compiled kernels, '' for none; `ray_tracing`: as in RenderSettings. Raises DeviceError; "
+      "ValueError for an unknown feature.");
   m.def("version", [] { return COTORRA_VERSION; }, "The version of the module.");
   m.def("cpu_info", &cpu_info, "Instruction set that the kernels use here, and hardware threads.");
   m.def(

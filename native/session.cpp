@@ -118,6 +118,8 @@ std::unique_ptr<Device> make_device(const std::shared_ptr<const Scene> &scene, c
   DeviceChoice choice = settings.device;
   choice.threads = settings.threads;
   require(choice.kind == "CPU" || choice.kind == "VULKAN", "settings.device", "'" + choice.kind + "'", "CPU or VULKAN");
+  require(choice.ray_tracing == "AUTO" || choice.ray_tracing == "SOFTWARE" || choice.ray_tracing == "HARDWARE",
+          "settings.ray_tracing", "'" + choice.ray_tracing + "'", "AUTO, SOFTWARE or HARDWARE");
   return choice.kind == "CPU" ? make_cpu_device(job) : make_vulkan_device(scene, job, choice);
 }
 

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cstdlib>
 #include <cstring>
+#include <iterator>
 #include <string_view>
 
 #include "dynamic_library.h"
@@ -109,6 +110,35 @@ std::string find_problem(const Instance &instance, Physical &p) {
   return best > 0 ? "" : "it has no compute queue";
 }
 
+constexpr const char *kRayQueryExtensions[] = {VK_KHR_ACCELERATION_STRUCTURE_EXTENSION_NAME,
+                                               VK_KHR_RAY_QUERY_EXTENSION_NAME,
+                                               VK_KHR_DEFERRED_HOST_OPERATIONS_EXTENSION_NAME};
+
+// Two features in a chain that begins with the second.
+struct RayQueryFeatures {
+  VkPhysicalDeviceAccelerationStructureFeaturesKHR structure{};
+  VkPhysicalDeviceRayQueryFeaturesKHR query{};
+  RayQueryFeatures() {
+    structure.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_ACCELERATION_STRUCTURE_FEATURES_KHR;
+    query.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_RAY_QUERY_FEATURES_KHR;
+    query.pNext = &structure;
+  }
+  RayQueryFeatures(const RayQueryFeatures &) = delete;
+  RayQueryFeatures &operator=(const RayQueryFeatures &) = delete;
+};
+
+bool has_ray_query(const Instance &instance, VkPhysicalDevice device) {
+  for (const char *name : kRayQueryExtensions) {
+    if (!has_extension(instance, device, name)) return false;
+  }
+  RayQueryFeatures ray_query;
+  VkPhysicalDeviceFeatures2 features{};
+  features.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_FEATURES_2;
+  features.pNext = &ray_query.query;
+  instance.vkGetPhysicalDeviceFeatures2(device, &features);
+  return ray_query.structure.accelerationStructure && ray_query.query.rayQuery;
+}
+
 Physical describe(const Instance &instance, VkPhysicalDevice device) {
   Physical p;
   p.handle = device;
@@ -127,8 +157,8 @@ Physical describe(const Instance &instance, VkPhysicalDevice device) {
     if ((p.memory.memoryHeaps[i].flags & VK_MEMORY_HEAP_DEVICE_LOCAL_BIT) == 0) continue;
     p.info.memory = std::max<std::uint64_t>(p.info.memory, p.memory.memoryHeaps[i].size);
   }
-  p.info.ray_query = has_extension(instance, device, VK_KHR_RAY_QUERY_EXTENSION_NAME);
   p.info.problem = find_problem(instance, p);
+  p.info.ray_query = p.info.problem.empty() && has_ray_query(instance, device);
   return p;
 }
 
@@ -231,43 +261,12 @@ std::vector<Physical> list_physical(const Instance &instance) {
 
 // ---- Logical device
 
-LogicalDevice::LogicalDevice(std::shared_ptr<Instance> instance, Physical physical, bool statistics)
-    : instance_(std::move(instance)), physical_(std::move(physical)), memory_limit_(physical_.info.memory) {
+LogicalDevice::LogicalDevice(std::shared_ptr<Instance> instance, Physical physical, DeviceUse use)
+    : instance_(std::move(instance)), physical_(std::move(physical)), use_(use), memory_limit_(physical_.info.memory) {
   if (const char *limit = std::getenv("COTORRA_VULKAN_MEMORY"); limit != nullptr && *limit != '\0') {
     memory_limit_ = std::min<std::uint64_t>(memory_limit_, std::strtoull(limit, nullptr, 10));
   }
-  const float priority = 1.0f;
-  VkDeviceQueueCreateInfo queue{};
-  queue.sType = VK_STRUCTURE_TYPE_DEVICE_QUEUE_CREATE_INFO;
-  queue.queueFamilyIndex = physical_.queue_family;
-  queue.queueCount = 1;
-  queue.pQueuePriorities = &priority;
-  VkPhysicalDeviceVulkan12Features vulkan12{};
-  vulkan12.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_2_FEATURES;
-  vulkan12.bufferDeviceAddress = VK_TRUE;
-  vulkan12.scalarBlockLayout = VK_TRUE;
-  VkPhysicalDevicePipelineExecutablePropertiesFeaturesKHR executables{};
-  executables.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PIPELINE_EXECUTABLE_PROPERTIES_FEATURES_KHR;
-  executables.pipelineExecutableInfo = VK_TRUE;
-  VkPhysicalDeviceFeatures features{};
-  features.shaderInt64 = VK_TRUE;
-  constexpr const char *executable_properties = VK_KHR_PIPELINE_EXECUTABLE_PROPERTIES_EXTENSION_NAME;
-  VkDeviceCreateInfo info{};
-  if (statistics && has_extension(*instance_, physical_.handle, executable_properties)) {
-    vulkan12.pNext = &executables;
-    info.enabledExtensionCount = 1;
-    info.ppEnabledExtensionNames = &executable_properties;
-    tells_statistics_ = true;
-  }
-  info.sType = VK_STRUCTURE_TYPE_DEVICE_CREATE_INFO;
-  info.pNext = &vulkan12;
-  info.queueCreateInfoCount = 1;
-  info.pQueueCreateInfos = &queue;
-  info.pEnabledFeatures = &features;
-  check(instance_->vkCreateDevice(physical_.handle, &info, nullptr, &handle), "vkCreateDevice");
-#define COTORRA_VULKAN_LOAD(NAME) NAME = reinterpret_cast<PFN_##NAME>(instance_->vkGetDeviceProcAddr(handle, #NAME));
-  COTORRA_VULKAN_DEVICE_FUNCTIONS(COTORRA_VULKAN_LOAD)
-#undef COTORRA_VULKAN_LOAD
+  create();
   try {
     vkGetDeviceQueue(handle, physical_.queue_family, 0, &queue_);
     VkCommandPoolCreateInfo pool{};
@@ -284,6 +283,54 @@ LogicalDevice::LogicalDevice(std::shared_ptr<Instance> instance, Physical physic
     release();
     throw;
   }
+}
+
+// The handle and the functions.
+void LogicalDevice::create() {
+  const float priority = 1.0f;
+  VkDeviceQueueCreateInfo queue{};
+  queue.sType = VK_STRUCTURE_TYPE_DEVICE_QUEUE_CREATE_INFO;
+  queue.queueFamilyIndex = physical_.queue_family;
+  queue.queueCount = 1;
+  queue.pQueuePriorities = &priority;
+  VkPhysicalDeviceVulkan12Features vulkan12{};
+  vulkan12.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_2_FEATURES;
+  vulkan12.bufferDeviceAddress = VK_TRUE;
+  vulkan12.scalarBlockLayout = VK_TRUE;
+  VkPhysicalDeviceFeatures features{};
+  features.shaderInt64 = VK_TRUE;
+  VkDeviceCreateInfo info{};
+  info.sType = VK_STRUCTURE_TYPE_DEVICE_CREATE_INFO;
+  info.pNext = &vulkan12;
+  info.queueCreateInfoCount = 1;
+  info.pQueueCreateInfos = &queue;
+  info.pEnabledFeatures = &features;
+  std::vector<const char *> extensions;
+  RayQueryFeatures ray_query;
+  if (use_.ray_query) {
+    extensions.assign(std::begin(kRayQueryExtensions), std::end(kRayQueryExtensions));
+    ray_query.structure.accelerationStructure = VK_TRUE;
+    ray_query.query.rayQuery = VK_TRUE;
+    vulkan12.pNext = &ray_query.query;
+  }
+  VkPhysicalDevicePipelineExecutablePropertiesFeaturesKHR executables{};
+  executables.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PIPELINE_EXECUTABLE_PROPERTIES_FEATURES_KHR;
+  executables.pipelineExecutableInfo = VK_TRUE;
+  use_.statistics &= has_extension(*instance_, physical_.handle, VK_KHR_PIPELINE_EXECUTABLE_PROPERTIES_EXTENSION_NAME);
+  if (use_.statistics) {
+    extensions.push_back(VK_KHR_PIPELINE_EXECUTABLE_PROPERTIES_EXTENSION_NAME);
+    executables.pNext = vulkan12.pNext;
+    vulkan12.pNext = &executables;
+  }
+  info.enabledExtensionCount = static_cast<std::uint32_t>(extensions.size());
+  info.ppEnabledExtensionNames = extensions.data();
+  check(instance_->vkCreateDevice(physical_.handle, &info, nullptr, &handle), "vkCreateDevice");
+#define COTORRA_VULKAN_LOAD(NAME) NAME = reinterpret_cast<PFN_##NAME>(instance_->vkGetDeviceProcAddr(handle, #NAME));
+  COTORRA_VULKAN_DEVICE_FUNCTIONS(COTORRA_VULKAN_LOAD)
+  if (use_.ray_query) {
+    COTORRA_VULKAN_RAY_QUERY_FUNCTIONS(COTORRA_VULKAN_LOAD)
+  }
+#undef COTORRA_VULKAN_LOAD
 }
 
 LogicalDevice::~LogicalDevice() { release(); }
@@ -319,82 +366,6 @@ void LogicalDevice::submit() {
   check(vkResetFences(handle, 1, &fence_), "vkResetFences");
   check(vkQueueSubmit(queue_, 1, &info, fence_), "vkQueueSubmit");
   check(vkWaitForFences(handle, 1, &fence_, VK_TRUE, UINT64_MAX), "vkWaitForFences");
-}
-
-// ---- Buffer
-
-Buffer::Buffer(LogicalDevice &device, std::uint64_t size, const char *purpose, bool host)
-    : device_(device), size_(std::max<std::uint64_t>(size, 16)) {
-  VkBufferCreateInfo info{};
-  info.sType = VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO;
-  info.size = size_;
-  info.usage = VK_BUFFER_USAGE_TRANSFER_SRC_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT;
-  if (!host) {
-    info.usage |= VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT |
-                  VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT;
-  }
-  check(device_.vkCreateBuffer(device_.handle, &info, nullptr, &buffer_), "vkCreateBuffer");
-  try {
-    VkMemoryRequirements requirements{};
-    device_.vkGetBufferMemoryRequirements(device_.handle, buffer_, &requirements);
-    allocate(requirements, purpose, host);
-    check(device_.vkBindBufferMemory(device_.handle, buffer_, memory_, 0), "vkBindBufferMemory");
-    if (host) {
-      check(device_.vkMapMemory(device_.handle, memory_, 0, VK_WHOLE_SIZE, 0, &data_), "vkMapMemory");
-    } else {
-      VkBufferDeviceAddressInfo address{};
-      address.sType = VK_STRUCTURE_TYPE_BUFFER_DEVICE_ADDRESS_INFO;
-      address.buffer = buffer_;
-      address_ = device_.vkGetBufferDeviceAddress(device_.handle, &address);
-    }
-  } catch (...) {
-    release();
-    throw;
-  }
-}
-
-Buffer::~Buffer() { release(); }
-
-void Buffer::allocate(const VkMemoryRequirements &requirements, const char *purpose, bool host) {
-  const auto megabytes = [](std::uint64_t bytes) { return std::to_string((bytes + (1 << 20) - 1) >> 20) + " MiB"; };
-  const auto too_small = [&] {
-    return DeviceError("out of device memory: " + megabytes(size_) + " for " + purpose + " do not fit beside the " +
-                       megabytes(device_.memory_used_) + " that are in use; " + device_.physical_.info.name + " has " +
-                       megabytes(device_.memory_limit_));
-  };
-  if (!host && device_.memory_used_ + requirements.size > device_.memory_limit_) throw too_small();
-  const VkPhysicalDeviceMemoryProperties &memory = device_.physical_.memory;
-  const VkMemoryPropertyFlags visible = VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT | VK_MEMORY_PROPERTY_HOST_COHERENT_BIT;
-  const VkMemoryPropertyFlags local = VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT;
-  const VkMemoryPropertyFlags needed = host ? visible : local;
-  // What is read back should be cached by the host; else the first type that fits is the fastest.
-  const VkMemoryPropertyFlags liked = host ? VK_MEMORY_PROPERTY_HOST_CACHED_BIT : 0;
-  VkMemoryAllocateFlagsInfo flags{};
-  flags.sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_FLAGS_INFO;
-  flags.flags = VK_MEMORY_ALLOCATE_DEVICE_ADDRESS_BIT;
-  VkMemoryAllocateInfo info{};
-  info.sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_INFO;
-  info.pNext = host ? nullptr : &flags;
-  info.allocationSize = requirements.size;
-  VkResult result = VK_ERROR_OUT_OF_DEVICE_MEMORY;
-  for (const VkMemoryPropertyFlags wanted : {needed | liked, needed}) {
-    for (std::uint32_t i = 0; i < memory.memoryTypeCount && result != VK_SUCCESS; ++i) {
-      const bool fits = (memory.memoryTypes[i].propertyFlags & wanted) == wanted;
-      if (!fits || (requirements.memoryTypeBits & (1u << i)) == 0) continue;
-      info.memoryTypeIndex = i;
-      result = device_.vkAllocateMemory(device_.handle, &info, nullptr, &memory_);
-    }
-  }
-  if (result == VK_ERROR_OUT_OF_DEVICE_MEMORY) throw too_small();
-  check(result, "vkAllocateMemory");
-  if (!host) allocated_ = requirements.size;
-  device_.memory_used_ += allocated_;
-}
-
-void Buffer::release() {
-  device_.vkDestroyBuffer(device_.handle, buffer_, nullptr);
-  device_.vkFreeMemory(device_.handle, memory_, nullptr);
-  device_.memory_used_ -= allocated_;
 }
 
 }  // namespace cotorra::vulkan

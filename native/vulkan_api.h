@@ -70,6 +70,20 @@ namespace cotorra::vulkan {
   X(vkResetFences)                         \
   X(vkWaitForFences)
 
+// Of a device that is made for ray queries.
+#define COTORRA_VULKAN_RAY_QUERY_FUNCTIONS(X)      \
+  X(vkCmdBuildAccelerationStructuresKHR)           \
+  X(vkCmdCopyAccelerationStructureKHR)             \
+  X(vkCmdResetQueryPool)                           \
+  X(vkCmdWriteAccelerationStructuresPropertiesKHR) \
+  X(vkCreateAccelerationStructureKHR)              \
+  X(vkCreateQueryPool)                             \
+  X(vkDestroyAccelerationStructureKHR)             \
+  X(vkDestroyQueryPool)                            \
+  X(vkGetAccelerationStructureBuildSizesKHR)       \
+  X(vkGetAccelerationStructureDeviceAddressKHR)    \
+  X(vkGetQueryPoolResults)
+
 #define COTORRA_VULKAN_MEMBER(NAME) PFN_##NAME NAME = nullptr;
 
 // Throws DeviceError naming the call, and its result in words.
@@ -121,22 +135,29 @@ struct Physical {
 // Best kinds first: discrete, integrated, virtual, others, CPU.
 std::vector<Physical> list_physical(const Instance &instance);
 
+// What a device is made for beside compute work.
+struct DeviceUse {
+  bool ray_query =
+      false;   // with the extensions of hardware acceleration structures; the physical device must have them
+  bool statistics = false;  // pipelines are asked what they need, where VK_KHR_pipeline_executable_properties is there
+};
+
 class LogicalDevice {
  public:
-  // `statistics`: pipelines will be asked what they need of the device (VK_KHR_pipeline_executable_properties).
-  LogicalDevice(std::shared_ptr<Instance> instance, Physical physical, bool statistics = false);
+  LogicalDevice(std::shared_ptr<Instance> instance, Physical physical, DeviceUse use);
   ~LogicalDevice();
   LogicalDevice(const LogicalDevice &) = delete;
   LogicalDevice &operator=(const LogicalDevice &) = delete;
 
   const Physical &physical() const { return physical_; }
   const Instance &instance() const { return *instance_; }
+  bool ray_query() const { return use_.ray_query; }
   // Memory that this process may use, and uses. COTORRA_VULKAN_MEMORY (bytes) makes a card smaller than it is, for
   // tests.
   std::uint64_t memory_limit() const { return memory_limit_; }
   std::uint64_t memory_used() const { return memory_used_; }
 
-  bool tells_statistics() const { return tells_statistics_; }
+  bool tells_statistics() const { return use_.statistics; }
 
   // Records commands by `record(VkCommandBuffer)`, submits them and waits. Not for two threads at once.
   template <class Record>
@@ -147,23 +168,25 @@ class LogicalDevice {
   }
 
   COTORRA_VULKAN_DEVICE_FUNCTIONS(COTORRA_VULKAN_MEMBER)
+  COTORRA_VULKAN_RAY_QUERY_FUNCTIONS(COTORRA_VULKAN_MEMBER)
   VkDevice handle = VK_NULL_HANDLE;
 
  private:
   friend class Buffer;
+  void create();
   void begin();
   void submit();
   void release();
 
   std::shared_ptr<Instance> instance_;
   Physical physical_;
+  DeviceUse use_;
   VkQueue queue_ = VK_NULL_HANDLE;
   VkCommandPool pool_ = VK_NULL_HANDLE;
   VkCommandBuffer commands_ = VK_NULL_HANDLE;
   VkFence fence_ = VK_NULL_HANDLE;
   std::uint64_t memory_limit_ = 0;
   std::uint64_t memory_used_ = 0;
-  bool tells_statistics_ = false;
 };
 
 // Memory of the device that shaders know by its address, or (`host`) that the host has mapped and copies go through.

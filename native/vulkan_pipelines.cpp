@@ -16,11 +16,16 @@ namespace {
 
 #include "vulkan_spirv.inc"  // wave_begin ...: arrays of words, made by CMakeLists.txt
 
-constexpr std::array<std::span<const std::uint32_t>, static_cast<std::size_t>(Stage::kCount)> kStages = {
-    wave_begin, wave_prepare, wave_trace, wave_shade, wave_light, wave_shadow, wave_bounce, wave_film};
+using Stages = std::array<std::span<const std::uint32_t>, static_cast<std::size_t>(Stage::kCount)>;
+constexpr Stages kSoftwareStages = {wave_begin, wave_prepare, wave_trace,  wave_shade,
+                                    wave_light, wave_shadow,  wave_bounce, wave_film};
+constexpr Stages kQueryStages = {wave_begin, wave_prepare,      wave_trace_query, wave_shade,
+                                 wave_light, wave_shadow_query, wave_bounce,      wave_film};
+
+const Stages &stages_of(const LogicalDevice &device) { return device.ray_query() ? kQueryStages : kSoftwareStages; }
 
 constexpr const char *kStageNames[] = {"begin", "prepare", "trace", "shade", "light", "shadow", "bounce", "film"};
-static_assert(std::size(kStageNames) == kStages.size());
+static_assert(std::size(kStageNames) == kQueryStages.size());
 
 double value_of(const VkPipelineExecutableStatisticKHR &s) {
   switch (s.format) {
@@ -53,27 +58,28 @@ std::vector<std::pair<std::string, double>> statistics_of(const LogicalDevice &d
 }
 
 // FNV-1a over all stages: a cache of other kernels has another name.
-std::uint64_t kernels_hash(std::uint32_t features) {
+std::uint64_t kernels_hash(const Stages &stages, std::uint32_t features) {
   std::uint64_t hash = 0xcbf29ce484222325u;
   const auto add = [&hash](std::uint32_t word) { hash = (hash ^ word) * 0x100000001b3u; };
-  for (const auto words : kStages) {
+  for (const auto words : stages) {
     for (const std::uint32_t word : words) add(word);
   }
   add(features);
   return hash;
 }
 
-std::string cache_path(const std::string &folder, const VkPhysicalDeviceProperties &device, std::uint32_t features) {
+std::string cache_path(const std::string &folder, const LogicalDevice &device, std::uint32_t features) {
   if (folder.empty()) return "";
   std::string uuid;  // the driver's: another version has another
-  for (const std::uint8_t byte : device.pipelineCacheUUID) {
+  const VkPhysicalDeviceProperties &properties = device.physical().properties;
+  for (const std::uint8_t byte : properties.pipelineCacheUUID) {
     char digits[3];
     std::snprintf(digits, sizeof digits, "%02x", byte);
     uuid += digits;
   }
   char name[64];
-  std::snprintf(name, sizeof name, "%04x-%04x-%016llx.bin", device.vendorID, device.deviceID,
-                static_cast<unsigned long long>(kernels_hash(features)));
+  std::snprintf(name, sizeof name, "%04x-%04x-%016llx.bin", properties.vendorID, properties.deviceID,
+                static_cast<unsigned long long>(kernels_hash(stages_of(device), features)));
   return (std::filesystem::path(folder) / ("vulkan-" + uuid + "-" + name)).string();
 }
 
@@ -82,7 +88,7 @@ std::string cache_path(const std::string &folder, const VkPhysicalDeviceProperti
 Pipelines::Pipelines(LogicalDevice &device, std::uint32_t features, std::uint32_t push_size, const std::string &cache,
                      std::vector<CompiledStage> *report)
     : device_(device) {
-  const std::string path = cache_path(cache, device.physical().properties, features);
+  const std::string path = cache_path(cache, device, features);
   try {
     const VkPushConstantRange range{VK_SHADER_STAGE_COMPUTE_BIT, 0, push_size};
     VkPipelineLayoutCreateInfo layout{};
@@ -94,7 +100,7 @@ Pipelines::Pipelines(LogicalDevice &device, std::uint32_t features, std::uint32_
     if (report == nullptr) {
       compile_all(features);
     } else {
-      for (std::size_t s = 0; s < kStages.size(); ++s) report->push_back(compile_and_report(s, features));
+      for (std::size_t s = 0; s < pipelines_.size(); ++s) report->push_back(compile_and_report(s, features));
     }
     save_cache(path);
   } catch (...) {
@@ -113,7 +119,7 @@ void Pipelines::release() {
 
 void Pipelines::compile_all(std::uint32_t features) {
   std::vector<std::future<void>> tasks;
-  for (std::size_t stage = 0; stage < kStages.size(); ++stage) {
+  for (std::size_t stage = 0; stage < pipelines_.size(); ++stage) {
     tasks.push_back(std::async(std::launch::async, [this, stage, features] { compile(stage, features); }));
   }
   for (std::future<void> &task : tasks) task.wait();
@@ -130,10 +136,11 @@ CompiledStage Pipelines::compile_and_report(std::size_t stage, std::uint32_t fea
 }
 
 void Pipelines::compile(std::size_t stage, std::uint32_t features) {
+  const std::span<const std::uint32_t> code = stages_of(device_)[stage];
   VkShaderModuleCreateInfo module_info{};
   module_info.sType = VK_STRUCTURE_TYPE_SHADER_MODULE_CREATE_INFO;
-  module_info.codeSize = kStages[stage].size_bytes();
-  module_info.pCode = kStages[stage].data();
+  module_info.codeSize = code.size_bytes();
+  module_info.pCode = code.data();
   VkShaderModule module = VK_NULL_HANDLE;
   check(device_.vkCreateShaderModule(device_.handle, &module_info, nullptr, &module), "vkCreateShaderModule");
   const VkSpecializationMapEntry entry{0, 0, sizeof(std::uint32_t)};  // KERNEL_FEATURES of stage.glsl

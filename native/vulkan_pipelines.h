@@ -11,7 +11,7 @@
 
 namespace cotorra::vulkan {
 
-// The order is that of kStages in vulkan_pipelines.cpp.
+// The order is that of the arrays in vulkan_pipelines.cpp.
 enum class Stage : std::size_t { kBegin, kPrepare, kTrace, kShade, kLight, kShadow, kBounce, kFilm, kCount };
 
 class Pipelines {

@@ -6,7 +6,9 @@
 #include "../kernels/camera.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
+#include <limits>
 
 namespace cotorra::vulkan {
 namespace {
@@ -21,6 +23,18 @@ std::span<const uint> texels_of(const Texture &texture) {
   const std::size_t bytes = texture.format == TEXELS_UINT8 ? 1 : texture.format == TEXELS_FLOAT ? 4 : 2;
   const std::size_t numbers = std::size_t{texture.width} * texture.height * texture.channels;
   return {texture.texels.v, (numbers * bytes + sizeof(uint) - 1) / sizeof(uint)};
+}
+
+bool is_finite(vec3 p) { return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z); }
+
+// Triangles are left out of a hardware acceleration structure where the x of a vertex is NaN; of other numbers that are
+// none, it may make anything. The BVH of our own leaves them all out.
+std::vector<vec3> mark_unusable(std::span<const vec3> positions) {
+  std::vector<vec3> marked(positions.begin(), positions.end());
+  for (vec3 &p : marked) {
+    if (!is_finite(p)) p = vec3(std::numeric_limits<float>::quiet_NaN());
+  }
+  return marked;
 }
 
 void upload_textures(const Scene &scene, Uploader &uploader, SceneData &data) {
@@ -84,12 +98,15 @@ std::vector<std::unique_ptr<Buffer>> Uploader::finish() {
   return std::move(blocks_);
 }
 
-void upload_scene(const Scene &scene, std::uint32_t features, Uploader &uploader, SceneData &data) {
+std::vector<Mesh> upload_scene(const Scene &scene, std::uint32_t features, Uploader &uploader, SceneData &data) {
   std::vector<Mesh> meshes(scene.meshes().begin(), scene.meshes().end());
   for (std::size_t k = 0; k < meshes.size(); ++k) {
     Mesh &mesh = meshes[k];
     const MeshLengths n = scene.mesh_lengths(k);
-    mesh.positions.v = uploader.put(std::span(mesh.positions.v, n.positions), "vertices");
+    const std::span<const vec3> positions(mesh.positions.v, n.positions);
+    const bool mark = uploader.device().ray_query() && !std::all_of(positions.begin(), positions.end(), is_finite);
+    mesh.positions.v = mark ? uploader.put(std::span<const vec3>(mark_unusable(positions)), "vertices")
+                            : uploader.put(positions, "vertices");
     mesh.triangles.v = uploader.put(std::span(mesh.triangles.v, n.triangles), "triangles");
     mesh.corners.v = uploader.put(std::span(mesh.corners.v, n.corners), "corners");
     mesh.normals.v = uploader.put(std::span(mesh.normals.v, n.normals), "normals");
@@ -111,6 +128,7 @@ void upload_scene(const Scene &scene, std::uint32_t features, Uploader &uploader
   upload_textures(scene, uploader, data);  // nothing, where no material reads an image
   const bool classic = (features & (FEATURE_WHITTED | FEATURE_OCCLUSION | FEATURE_TOON)) != 0;
   data.classic.v = uploader.put(std::span(data.classic.v, classic ? data.material_count : 0), "materials");
+  return meshes;
 }
 
 }  // namespace cotorra::vulkan

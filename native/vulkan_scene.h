@@ -10,10 +10,6 @@
 #include "scene.h"
 #include "vulkan_api.h"
 
-namespace cotorra {
-struct WideBvh;
-}
-
 namespace cotorra::vulkan {
 
 // Copies arrays into a few large buffers, through one that the host sees.
@@ -27,6 +23,7 @@ class Uploader {
   const T *put(std::span<const T> array, const char *purpose) {
     return reinterpret_cast<const T *>(put_bytes(std::as_bytes(array), purpose));
   }
+  const LogicalDevice &device() const { return device_; }
   // Copies what still waits, and gives the buffers to their owner.
   std::vector<std::unique_ptr<Buffer>> finish();
 
@@ -47,7 +44,7 @@ class Uploader {
 };
 
 // `data`, a session's view of the scene, gets the device addresses of copies of all that it refers to, as far as
-// kernels with these features read it.
-void upload_scene(const Scene &scene, std::uint32_t features, Uploader &uploader, SceneData &data);
+// kernels with these features read it. Returns the meshes with the addresses of theirs.
+std::vector<Mesh> upload_scene(const Scene &scene, std::uint32_t features, Uploader &uploader, SceneData &data);
 
 }  // namespace cotorra::vulkan

@@ -10,6 +10,7 @@
 #include <optional>
 
 #include "scene.h"
+#include "vulkan_acceleration.h"
 #include "vulkan_pipelines.h"
 #include "vulkan_scene.h"
 #include "wide_bvh.h"
@@ -47,8 +48,8 @@ bool is_cpu(const Physical &p) { return p.properties.deviceType == VK_PHYSICAL_D
 class WavefrontOnCard final : public Wavefront {
  public:
   WavefrontOnCard(const Scene &scene, const RenderJob &job, const DeviceChoice &choice,
-                  std::shared_ptr<Instance> instance, const Physical &physical, SharedFigures &figures)
-      : scene_(scene), job_(job), figures_(figures), device_(std::move(instance), physical) {
+                  std::shared_ptr<Instance> instance, const Physical &physical, bool ray_query, SharedFigures &figures)
+      : scene_(scene), job_(job), figures_(figures), device_(std::move(instance), physical, {ray_query}) {
     // Kernels are compiled while the scene is built and copied.
     std::future<double> compiled = std::async(std::launch::async, [&, begin = Clock::now()] {
       pipelines_.emplace(device_, job.features, static_cast<std::uint32_t>(sizeof(WavePush)), choice.cache);
@@ -72,6 +73,7 @@ class WavefrontOnCard final : public Wavefront {
   };
 
   void upload(int threads);
+  void upload_bvh(const WideBvh &bvh, Uploader &uploader);
   std::uint64_t lane_bytes() const;
   void allocate_lanes();
   void describe_job();
@@ -115,6 +117,7 @@ class WavefrontOnCard final : public Wavefront {
   SharedFigures &figures_;
   LogicalDevice device_;
   std::optional<Pipelines> pipelines_;
+  std::optional<Acceleration> acceleration_;
   Buffers scene_buffers_, lane_buffers_, film_buffers_;  // of the film: the first are the pixels
   std::unique_ptr<Buffer> data_, counters_, counters_host_, film_host_;
   WaveData wave_{};
@@ -130,24 +133,40 @@ class WavefrontOnCard final : public Wavefront {
 // ---- Once
 
 void WavefrontOnCard::upload(int threads) {
-  auto begin = Clock::now();
-  std::vector<char> flattened;
-  for (std::size_t k = 0; k < scene_.mesh_count(); ++k) flattened.push_back(scene_.flattened(k) ? 1 : 0);
-  const WideBvh bvh = build_wide_bvh(scene_.meshes(), scene_.instances(), flattened, threads, *job_.cancel);
-  const double build_seconds = seconds_since(begin);
-  begin = Clock::now();
+  const auto begin = Clock::now();
+  double build_seconds = 0.0;
   Uploader uploader(device_);
   wave_.scene = *job_.scene;
-  upload_scene(scene_, job_.features, uploader, wave_.scene);
+  const std::vector<Mesh> meshes = upload_scene(scene_, job_.features, uploader, wave_.scene);
+  if (device_.ray_query()) {
+    const AccelerationPlan plan(scene_);
+    wave_.acceleration.geometries.v = uploader.put(std::span(plan.geometries), "the acceleration structure");
+    scene_buffers_ = uploader.finish();
+    const auto built = Clock::now();
+    acceleration_.emplace(device_, scene_, plan, meshes, *job_.cancel);
+    build_seconds = seconds_since(built);
+    const std::uint64_t top = acceleration_->address();
+    wave_.acceleration.top = {static_cast<uint>(top), static_cast<uint>(top >> 32)};
+  } else {
+    const auto built = Clock::now();
+    std::vector<char> flattened;
+    for (std::size_t k = 0; k < scene_.mesh_count(); ++k) flattened.push_back(scene_.flattened(k) ? 1 : 0);
+    const WideBvh bvh = build_wide_bvh(scene_.meshes(), scene_.instances(), flattened, threads, *job_.cancel);
+    build_seconds = seconds_since(built);
+    upload_bvh(bvh, uploader);
+    scene_buffers_ = uploader.finish();
+  }
+  const std::lock_guard lock(figures_.mutex);
+  figures_.figures.build_seconds = build_seconds;
+  figures_.figures.upload_seconds = seconds_since(begin) - build_seconds;
+}
+
+void WavefrontOnCard::upload_bvh(const WideBvh &bvh, Uploader &uploader) {
   wave_.bvh.nodes.v = uploader.put(std::span(bvh.nodes), "BVH nodes");
   wave_.bvh.triangles.v = uploader.put(std::span(bvh.triangles), "BVH triangles");
   wave_.bvh.instances.v = uploader.put(std::span(bvh.instances), "BVH instances");
   wave_.bvh.world_root = bvh.world_root;
   wave_.bvh.top_root = bvh.top_root;
-  scene_buffers_ = uploader.finish();
-  const std::lock_guard lock(figures_.mutex);
-  figures_.figures.build_seconds = build_seconds;
-  figures_.figures.upload_seconds = seconds_since(begin);
 }
 
 std::uint64_t WavefrontOnCard::lane_bytes() const {
@@ -459,14 +478,15 @@ void WavefrontOnCard::dispatch_queue(VkCommandBuffer commands, Stage stage, cons
 std::size_t film_pixels_at_once(const Physical &physical) { return is_cpu(physical) ? kFilmPixelsOfCpu : kFilmPixels; }
 
 std::unique_ptr<Wavefront> make_wavefront(const Scene &scene, const RenderJob &job, const DeviceChoice &choice,
-                                          std::shared_ptr<Instance> instance, const Physical &physical,
+                                          std::shared_ptr<Instance> instance, const Physical &physical, bool ray_query,
                                           SharedFigures &figures) {
-  return std::make_unique<WavefrontOnCard>(scene, job, choice, std::move(instance), physical, figures);
+  return std::make_unique<WavefrontOnCard>(scene, job, choice, std::move(instance), physical, ray_query, figures);
 }
 
 std::vector<CompiledStage> compile_kernels(std::uint32_t features, const std::string &cache,
-                                           std::shared_ptr<Instance> instance, const Physical &physical) {
-  LogicalDevice device(std::move(instance), physical, true);
+                                           std::shared_ptr<Instance> instance, const Physical &physical,
+                                           bool ray_query) {
+  LogicalDevice device(std::move(instance), physical, {ray_query, true});
   std::vector<CompiledStage> stages;
   const Pipelines pipelines(device, features, static_cast<std::uint32_t>(sizeof(WavePush)), cache, &stages);
   return stages;

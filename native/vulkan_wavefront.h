@@ -27,13 +27,15 @@ class Wavefront : public Workspace {
 // Pixels whose sums are on the card at once.
 std::size_t film_pixels_at_once(const Physical &physical);
 
-// Copies the scene to the card and compiles the kernels. `job` must outlive the result. Throws DeviceError.
+// Copies the scene to the card and compiles the kernels, which trace by ray queries or a BVH of ours. `job` must
+// outlive the result. Throws DeviceError.
 std::unique_ptr<Wavefront> make_wavefront(const Scene &scene, const RenderJob &job, const DeviceChoice &choice,
-                                          std::shared_ptr<Instance> instance, const Physical &physical,
+                                          std::shared_ptr<Instance> instance, const Physical &physical, bool ray_query,
                                           SharedFigures &figures);
 
 // As compile_vulkan_kernels of device.h.
 std::vector<CompiledStage> compile_kernels(std::uint32_t features, const std::string &cache,
-                                           std::shared_ptr<Instance> instance, const Physical &physical);
+                                           std::shared_ptr<Instance> instance, const Physical &physical,
+                                           bool ray_query);
 
 }  // namespace cotorra::vulkan

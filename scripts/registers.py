@@ -19,25 +19,26 @@ SETS = {
     'path': ('bounces', 'soft lights', 'visible lights', 'specular lobe', 'world', 'light found by bounces'),
     'everything': None,  # the largest that there is; no scene uses it all
 }
+TRACINGS = ('SOFTWARE', 'HARDWARE')  # builds of the stages that trace; the others are the same
 COLUMNS = {'VGPRs': 'VGPRs', 'SGPRs': 'SGPRs', 'spilled': 'Spilled VGPRs', 'waves': 'Subgroups per SIMD'}
 COLUMNS |= {'instructions': 'Instructions', 'bytes': 'Code size', 'scratch': 'Scratch size'}
 
 COMPILE = """
 import json, sys
 import cotorra_native
-names = sys.argv[1:] or max((names for _, names in cotorra_native.kernels()), key=len)
-print(json.dumps(cotorra_native.compile_kernels(list(names))))
+names = sys.argv[2:] or max((names for _, names in cotorra_native.kernels()), key=len)
+print(json.dumps(cotorra_native.compile_kernels(list(names), ray_tracing=sys.argv[1])))
 """
 
 
-def compile_for(family: str, features: tuple[str, ...] | None) -> list[dict[str, Any]]:
+def compile_for(family: str, features: tuple[str, ...] | None, tracing: str = 'HARDWARE') -> list[dict[str, Any]]:
     """Each stage as cotorra_native.compile_kernels tells of it. Raises RuntimeError with the compiler's words."""
     driver = os.environ.get('COTORRA_RADV')
     if driver is None:
         raise RuntimeError('no RADV is at hand (scripts/mesa fetches it)')
     environment = os.environ | {'VK_DRIVER_FILES': driver, 'RADV_FORCE_FAMILY': family}
     environment['MESA_SHADER_CACHE_DISABLE'] = 'true'  # the seconds are those of a first start
-    command = [sys.executable, '-c', COMPILE, *(features or ())]
+    command = [sys.executable, '-c', COMPILE, tracing, *(features or ())]
     done = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=300)
     if done.returncode != 0:
         raise RuntimeError(f'{family}: {done.stderr.strip() or f"the compiler ended with {done.returncode}"}')
@@ -66,9 +67,11 @@ def main(arguments: list[str] | None = None) -> int:
     bad = []
     for family in options.family:
         for name in options.features:
-            stages = compile_for(family, SETS[name])
-            print(table(f'{family}, {name}', stages) + '\n', flush=True)
-            bad += [f'{family}, {name}: {stage}' for stage in spilled(stages)]
+            for tracing in TRACINGS:
+                stages = compile_for(family, SETS[name], tracing)
+                title = f'{family}, {name}, {tracing.lower()}'
+                print(table(title, stages) + '\n', flush=True)
+                bad += [f'{title}: {stage}' for stage in spilled(stages)]
     print('registers are spilled: ' + '; '.join(bad) if bad else 'no register is spilled')
     return int(bool(bad))
 

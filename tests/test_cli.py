@@ -18,7 +18,7 @@ import bpy
 import numpy as np
 import OpenImageIO as oiio
 import pytest
-from cotorra import cli, demos, terminal
+from cotorra import cli, demos, settings, terminal
 from cotorra.watch import Progress
 
 from render_calls import read_exr, run_cli, start_cli
@@ -71,6 +71,14 @@ def test_a_model_for_all_materials(engine):
     assert scene.cotorra.use_model_override and scene.cotorra.model_override.model == 'OREN_NAYAR'
     with pytest.raises(SystemExit):
         cli.parser().parse_args(['render', '--demo', 'box_room', '-o', 'room.exr', '--model', 'ward'])
+
+
+def test_a_graphics_card_and_how_it_traces(engine):
+    scene = build.new_scene()
+    line = ['render', '--demo', 'box_room', '-o', 'room.exr', '--device', 'vulkan:1', '--ray-tracing', 'software']
+    cli.apply(cli.parser().parse_args(line), scene)
+    found = settings.render_settings(scene, bpy.context.view_layer, ())
+    assert (found.device, found.device_index, found.ray_tracing) == ('VULKAN', 1, 'SOFTWARE')
 
 
 def test_arguments_override_the_file(blend, tmp_path):
@@ -144,6 +152,7 @@ def test_names_of_frames():
         (('render', 'a.blend', '-o', 'o.png', '--integrator', 'magic'), 'MAGIC'),
         (('render', 'a.blend', '-o', 'o.png', '--device', 'abacus'), 'ABACUS'),
         (('render', 'a.blend', '-o', 'o.png', '--device', 'vulkan:x'), "'x' is not a whole number"),
+        (('render', 'a.blend', '-o', 'o.png', '--ray-tracing', 'magic'), 'MAGIC'),
         (('render', 'a.blend', '-o', 'o.png', '--size', '10'), "'10' is not a size"),
         (('render', 'a.blend', '-o', 'o.png', '--size', '0x10'), '0 is not from 1'),
         (('render', 'a.blend', '-o', 'o.png', '--frame', '5..3'), '5..3 is empty'),

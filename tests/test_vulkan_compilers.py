@@ -26,11 +26,12 @@ def radv() -> None:
         pytest.skip(str(reason))
 
 
+@pytest.mark.parametrize('tracing', registers.TRACINGS)
 @pytest.mark.parametrize('features', registers.SETS)
 @pytest.mark.parametrize('family', registers.FAMILIES)
-def test_no_register_is_spilled(radv: None, family: str, features: str) -> None:
-    stages = registers.compile_for(family, registers.SETS[features])
-    assert not registers.spilled(stages), registers.table(f'{family}, {features}', stages)
+def test_no_register_is_spilled(radv: None, family: str, features: str, tracing: str) -> None:
+    stages = registers.compile_for(family, registers.SETS[features], tracing)
+    assert not registers.spilled(stages), registers.table(f'{family}, {features}, {tracing}', stages)
     assert all(0 < stage['statistics']['VGPRs'] <= 256 for stage in stages)
 
 

@@ -20,7 +20,7 @@ from cotorra import demos
 import vulkan_jobs
 from scenes import build
 from scenes.rich import rich_scene
-from vulkan_jobs import ROUNDING, compare, job_of
+from vulkan_jobs import ROUNDING, compare, compare_tiles, job_of
 
 pytestmark = pytest.mark.usefixtures('engine')
 
@@ -32,6 +32,13 @@ DATA += ('emission', 'environment', 'shadow')
 @pytest.fixture(scope='module')
 def module() -> Iterator[ModuleType]:
     yield from vulkan_jobs.opened()
+
+
+@pytest.fixture(params=vulkan_jobs.TRACINGS)
+def tracing(request: pytest.FixtureRequest, module: ModuleType) -> str:
+    """RenderSettings.ray_tracing: each test runs with both builds of the stages that trace."""
+    vulkan_jobs.require(module, request.param)
+    return request.param
 
 
 # Demo, integrator, share of pixels that may hold a flipped sample (box_room has a cube in the plane of its floor, and
@@ -47,9 +54,9 @@ DEMOS = [
 
 @pytest.mark.parametrize('demo, integrator, flips, mean, rounding', DEMOS)
 def test_demo_is_the_image_of_the_cpu(
-    module: ModuleType, demo: str, integrator: str, flips: float, mean: float, rounding: float
+    module: ModuleType, tracing: str, demo: str, integrator: str, flips: float, mean: float, rounding: float
 ) -> None:
-    job = job_of(module, demos.build(demo), integrator=integrator)
+    job = job_of(module, demos.build(demo), integrator=integrator, ray_tracing=tracing)
     cpu, cpu_stats = job.render('CPU')
     gpu, stats = job.render('VULKAN')
     compare(cpu['combined'], gpu['combined'], flips, demo, rounding)
@@ -61,7 +68,14 @@ def test_demo_is_the_image_of_the_cpu(
     assert np.array_equal(gpu['combined'], again['combined']), 'the same bits each time, whatever the queues hold'
 
 
-def test_models_transparency_and_falloffs(module: ModuleType) -> None:
+@pytest.mark.parametrize('demo, integrator', [demo[:2] for demo in DEMOS])
+def test_tiles_of_a_demo_are_as_bright(module: ModuleType, tracing: str, demo: str, integrator: str) -> None:
+    """With samples enough that one flipped ray does not show in a tile (box_room, 4 samples: 1.5 % in one tile)."""
+    job = job_of(module, demos.build(demo), integrator=integrator, samples=64, ray_tracing=tracing)
+    compare_tiles(job.render('CPU')[0]['combined'], job.render('VULKAN')[0]['combined'], demo)
+
+
+def test_models_transparency_and_falloffs(module: ModuleType, tracing: str) -> None:
     """What materials and lamps can be beyond Blender's own."""
     scene = rich_scene(3)
     models = ('PHONG', 'OREN_NAYAR', 'COOK_TORRANCE')
@@ -70,7 +84,7 @@ def test_models_transparency_and_falloffs(module: ModuleType) -> None:
     build.principled(bpy.data.materials['Plastic']).inputs['Alpha'].default_value = 0.4
     bpy.data.lights['Point'].cotorra.falloff = 'RANGED'
     bpy.data.lights['Point'].cotorra.range = 6.0
-    job = job_of(module, scene, integrator='PATH', samples=8, passes=('combined', 'shadow'))
+    job = job_of(module, scene, integrator='PATH', samples=8, passes=('combined', 'shadow'), ray_tracing=tracing)
     cpu, _ = job.render('CPU')
     gpu, stats = job.render('VULKAN')
     assert {'transparency', 'reflection models', 'light shapes'} <= set(stats['features'])
@@ -80,9 +94,11 @@ def test_models_transparency_and_falloffs(module: ModuleType) -> None:
 
 
 @pytest.mark.parametrize('lamps', [3, 11])
-def test_a_scene_with_everything(module: ModuleType, lamps: int) -> None:
+def test_a_scene_with_everything(module: ModuleType, tracing: str, lamps: int) -> None:
     """Up to eight lamps are all sampled at each vertex, of more some are picked."""
-    job = job_of(module, rich_scene(lamps), integrator='PATH', samples=8, transparent_film=lamps > 8)
+    job = job_of(
+        module, rich_scene(lamps), integrator='PATH', samples=8, transparent_film=lamps > 8, ray_tracing=tracing
+    )
     assert len(job.settings.passes) == 3
     cpu, _ = job.render('CPU')
     gpu, stats = job.render('VULKAN')
@@ -92,26 +108,28 @@ def test_a_scene_with_everything(module: ModuleType, lamps: int) -> None:
         assert gpu[name].mean() == pytest.approx(cpu[name].mean(), rel=0.001)
 
 
-def test_a_smaller_batch_is_the_same_picture(module: ModuleType, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_smaller_batch_is_the_same_picture(module: ModuleType, tracing: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """No result depends on how many lanes there are, nor on where a pass is cut."""
-    job = job_of(module, demos.build('material_grid'), integrator='DIRECT')
+    job = job_of(module, demos.build('material_grid'), integrator='DIRECT', ray_tracing=tracing)
     whole, _ = job.render('VULKAN')
     monkeypatch.setenv('COTORRA_VULKAN_MEMORY', str(96 << 20))
     small, _ = job.render('VULKAN')
     assert np.array_equal(whole['combined'], small['combined'])
 
 
-def test_passes_are_those_of_the_cpu(module: ModuleType) -> None:
-    job = job_of(module, demos.build('material_grid'), integrator='DIRECT', passes=('combined', *DATA))
+def test_passes_are_those_of_the_cpu(module: ModuleType, tracing: str) -> None:
+    job = job_of(
+        module, demos.build('material_grid'), integrator='DIRECT', passes=('combined', *DATA), ray_tracing=tracing
+    )
     cpu, _ = job.render('CPU')
     gpu, _ = job.render('VULKAN')
     for name in DATA:
         compare(cpu[name], gpu[name], 0.01, name)
 
 
-def test_adaptive_sampling_stops_at_the_same_pixels(module: ModuleType) -> None:
+def test_adaptive_sampling_stops_at_the_same_pixels(module: ModuleType, tracing: str) -> None:
     settings = {'samples': 64, 'adaptive': True, 'noise_threshold': 0.05, 'passes': ('combined', 'sample_count')}
-    job = job_of(module, demos.build('material_grid'), integrator='DIRECT', **settings)
+    job = job_of(module, demos.build('material_grid'), integrator='DIRECT', ray_tracing=tracing, **settings)
     cpu, _ = job.render('CPU')
     gpu, _ = job.render('VULKAN')
     counts = cpu['sample_count']
@@ -119,17 +137,17 @@ def test_adaptive_sampling_stops_at_the_same_pixels(module: ModuleType) -> None:
     assert (counts == gpu['sample_count']).mean() > 0.98
 
 
-def test_out_of_memory_says_how_much(module: ModuleType, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_out_of_memory_says_how_much(module: ModuleType, tracing: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv('COTORRA_VULKAN_MEMORY', str(1 << 20))
-    session = job_of(module, demos.build('box_room')).session('VULKAN')
+    session = job_of(module, demos.build('box_room'), ray_tracing=tracing).session('VULKAN')
     session.start()
     with pytest.raises(module.DeviceError, match=r'out of device memory: \d+ MiB for .* has 1 MiB'):
         while not session.wait(1.0):
             pass
 
 
-def test_cancel_is_quick(module: ModuleType) -> None:
-    job = job_of(module, demos.build('box_room'), size=(320, 180), integrator='PATH', samples=4096)
+def test_cancel_is_quick(module: ModuleType, tracing: str) -> None:
+    job = job_of(module, demos.build('box_room'), size=(320, 180), integrator='PATH', samples=4096, ray_tracing=tracing)
     session = job.session('VULKAN')
     session.start()
     while session.samples_done() < 1:
@@ -156,3 +174,5 @@ def test_an_unknown_device_is_named(module: ModuleType) -> None:
         job.session('VULKAN', device_index=7)
     with pytest.raises(ValueError, match='CPU or VULKAN'):
         job.session('ABACUS')
+    with pytest.raises(ValueError, match='AUTO, SOFTWARE or HARDWARE'):
+        job.session('VULKAN', ray_tracing='MAGIC')

@@ -21,6 +21,9 @@ from cotorra.log import Log
 import vulkan
 
 SIZE = (48, 32)
+TRACINGS = {'SOFTWARE': 'software', 'HARDWARE': 'ray query'}  # builds of the stages that trace, and their names
+TILE = 16  # pixels
+TILE_MEAN = 0.002
 FLIPPED = 1e-3  # of the mean: a larger difference is another surface or shadow, not rounding
 ROUNDING = 1e-4  # of the mean, root mean square: what rounding alone may do
 
@@ -40,6 +43,13 @@ def opened() -> Iterator[ModuleType]:
                 pytest.skip(str(error))
             patch.delenv('COTORRA_VULKAN_VALIDATE')
         yield loaded
+
+
+def require(module: ModuleType, tracing: str) -> None:
+    """Skip the test where lavapipe cannot trace so."""
+    (device,) = module.devices()
+    if tracing == 'HARDWARE' and not device['ray_query']:
+        pytest.skip(f'{device["driver"]} has no ray queries (scripts/mesa fetches a newer one)')
 
 
 @dataclasses.dataclass
@@ -66,6 +76,7 @@ class Job:
             pass
         stats = session.stats()
         assert stats['device_messages'] == [], 'the validation layer has something to say'
+        assert device == 'CPU' or stats['isa'] == TRACINGS.get(self.settings.ray_tracing, stats['isa'])
         return {name: self.read(session, name) for name in self.settings.passes}, stats
 
     def read(self, session: Any, name: str) -> np.ndarray:
@@ -85,6 +96,17 @@ def job_of(module: ModuleType, scene: bpy.types.Scene, size: tuple[int, int] = S
     groups = tuple(f'lightgroup:{i}' for i in range(len(buffers.light_groups)))
     settings = {'samples': 4, 'passes': ('combined', *groups)} | settings
     return Job(module, buffers, camera, RenderSettings(**settings))
+
+
+def compare_tiles(cpu: np.ndarray, gpu: np.ndarray, what: str) -> None:
+    """The mean of each tile is the same, flipped pixels included."""
+    height, width = (side // TILE * TILE for side in cpu.shape[:2])
+    means = [
+        picture[:height, :width, :3].astype(np.float64).reshape(height // TILE, TILE, width // TILE, TILE, 3)
+        for picture in (cpu, gpu)
+    ]
+    wanted, found = (tiles.mean(axis=(1, 3, 4)) for tiles in means)
+    assert np.abs(found / wanted - 1.0).max() < TILE_MEAN, f'{what}: tiles are off by {found / wanted - 1.0}'
 
 
 def compare(cpu: np.ndarray, gpu: np.ndarray, flips: float, what: str, allowed: float = ROUNDING) -> None:

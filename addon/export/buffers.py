@@ -336,6 +336,7 @@ class RenderSettings:
     passes:     native pass names, see PASSES; 'combined' is always there.
     threads:    0 = all.
     device:     one of choices.DEVICES; device_index: of cotorra_native.devices(), -1: the first that can be used.
+    ray_tracing: one of choices.RAY_TRACINGS, on a graphics card.
     cache:      folder for compiled kernels of graphics cards; empty: none is kept.
     measure_tracing: trace every ray a second time, alone, to tell how much of the time is Embree's; for benchmarks.
     """
@@ -356,6 +357,7 @@ class RenderSettings:
     measure_tracing: bool = False
     device: str = 'CPU'
     device_index: int = -1
+    ray_tracing: str = 'AUTO'
     cache: str = ''
     ambient_color: tuple[float, float, float] = (1.0, 1.0, 1.0)
     ambient_strength: float = 0.0

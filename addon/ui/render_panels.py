@@ -20,6 +20,7 @@ class COTORRA_RENDER_PT_sampling(CotorraPanel, bpy.types.Panel):
         layout.prop(settings, 'device')
         if settings.device != 'CPU':
             layout.prop(settings, 'device_index')
+            layout.prop(settings, 'ray_tracing')
             layout.prop(settings, 'use_device_fallback')
 
         heading = layout.column(align=True, heading='Noise Threshold')

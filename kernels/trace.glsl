@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The one way in which stages trace rays: the BVH of bvh.h, or (RAY_QUERY) the acceleration structure of the hardware.
+// What becomes of a ray at a surface, such as one that lets it through, is the stages' own business.
+
+#ifdef RAY_QUERY
+
+// The hardware may count hits at both ends of the interval; ours excludes them, so that a ray can go on behind the
+// surface that it has met. Below 1e-30 there may be no normal float between 0 and the result.
+float float_after(float t) { return max(uintBitsToFloat(floatBitsToUint(t) + 1u), 1e-30f); }
+
+#endif
+
+// The nearest surface beyond t_min and before t_max that a ray of this visibility meets; or, with `any`, some surface.
+bool trace(vec3 origin, vec3 direction, float t_min, float t_max, uint visibility, bool any, out Hit hit) {
+  hit.t = t_max;
+  hit.u = 0.0f;
+  hit.v = 0.0f;
+  hit.triangle = 0u;
+  hit.instance = INVALID_ID;
+#ifdef RAY_QUERY
+  const float begin = float_after(t_min);
+  if (!(begin < t_max)) return false;  // a query needs an interval
+  const uint flags = gl_RayFlagsOpaqueEXT | (any ? gl_RayFlagsTerminateOnFirstHitEXT : 0u);
+  rayQueryEXT query;
+  rayQueryInitializeEXT(query, accelerationStructureEXT(WAVE.acceleration.top), flags, visibility, origin, begin,
+                        direction, t_max);
+  while (rayQueryProceedEXT(query)) {
+  }
+  if (rayQueryGetIntersectionTypeEXT(query, true) != gl_RayQueryCommittedIntersectionTriangleEXT) return false;
+  const uint place = uint(rayQueryGetIntersectionInstanceCustomIndexEXT(query, true)) +
+                     uint(rayQueryGetIntersectionGeometryIndexEXT(query, true));
+  const TracedGeometry geometry = LOAD(WAVE.acceleration.geometries, place);
+  const vec2 barycentric = rayQueryGetIntersectionBarycentricsEXT(query, true);
+  hit.t = rayQueryGetIntersectionTEXT(query, true);
+  hit.u = barycentric.x;
+  hit.v = barycentric.y;
+  hit.triangle = geometry.first_triangle + uint(rayQueryGetIntersectionPrimitiveIndexEXT(query, true));
+  hit.instance = geometry.instance;
+  return true;
+#else
+  return bvh_trace(WAVE.bvh, origin, direction, t_min, visibility, any, hit);
+#endif
+}
