@@ -85,7 +85,8 @@ class WavefrontOnCard final : public Wavefront {
   void record_bounce(VkCommandBuffer commands, WavePush push);
   void read_film(std::span<FilmTile> tiles, std::uint32_t count);
   void take_pixel(FilmTile &staged, std::size_t pixel, std::size_t i) const;
-  void adapt(double seconds);
+  std::uint32_t vertices_at_once(const Batch &batch, std::uint32_t alive) const;
+  void adapt(double seconds, bool full);
   void barrier(VkCommandBuffer commands) const;
   void bind(VkCommandBuffer commands, Stage stage, const WavePush &push) const;
   void dispatch(VkCommandBuffer commands, Stage stage, const WavePush &push, std::uint32_t items) const;
@@ -317,10 +318,11 @@ bool WavefrontOnCard::run_batch(const Batch &batch, RayCounts &counts) {
     device_.vkCmdCopyBuffer(commands, counters_->handle(), counters_host_->handle(), 1, &region);
   };
   const std::uint32_t all = vertices();
+  std::uint32_t alive = batch.lanes();
   for (std::uint32_t bounce = 0; bounce < all;) {
     if (job_.cancel->load(std::memory_order_relaxed)) return false;
     const auto begin = Clock::now();
-    const std::uint32_t end = std::min(bounce + bounces_at_once_, all);
+    const std::uint32_t end = std::min(bounce + vertices_at_once(batch, alive), all);
     device_.run([&](VkCommandBuffer commands) {
       barrier(commands);
       if (bounce == 0) begin_batch(commands, batch, push);
@@ -331,9 +333,9 @@ bool WavefrontOnCard::run_batch(const Batch &batch, RayCounts &counts) {
       }
       finish(commands, end == all);
     });
-    adapt(seconds_since(begin));
-    const bool dead = reinterpret_cast<const uint *>(counters_host_->data())[WAVE_COUNTS + WAVE_RAYS] == 0;
-    if (!dead || end == all) continue;
+    adapt(seconds_since(begin), alive > batch.lanes() / 2);
+    alive = reinterpret_cast<const uint *>(counters_host_->data())[WAVE_COUNTS + WAVE_RAYS];
+    if (alive > 0 || end == all) continue;
     device_.run([&](VkCommandBuffer commands) {
       barrier(commands);
       finish(commands, true);
@@ -378,8 +380,14 @@ void WavefrontOnCard::record_bounce(VkCommandBuffer commands, WavePush push) {
   dispatch_queue(commands, Stage::kBounce, push);
 }
 
-// Longer submissions where they are short, shorter ones where they are long: by bounces first, then by lanes.
-void WavefrontOnCard::adapt(double seconds) {
+// More of them in one submission where few of the batch's lanes still have a ray.
+std::uint32_t WavefrontOnCard::vertices_at_once(const Batch &batch, std::uint32_t alive) const {
+  return std::min(bounces_at_once_ * (batch.lanes() / std::max(alive, 1u)), kMostBounces);
+}
+
+// Longer submissions where they are short, shorter ones where they are long: by bounces first, then by lanes. That few
+// lanes were done soon says nothing of many.
+void WavefrontOnCard::adapt(double seconds, bool full) {
   if (seconds > kLongest) {
     // In proportion: what takes ten times too long should not do so four more times.
     const double share = kLongest / seconds;
@@ -388,7 +396,7 @@ void WavefrontOnCard::adapt(double seconds) {
     } else {
       lanes_at_once_ = std::max(static_cast<std::uint32_t>(lanes_at_once_ * share), std::min(kFewestLanes, lanes_));
     }
-  } else if (seconds < kShortest) {
+  } else if (seconds < kShortest && full) {
     if (lanes_at_once_ < lanes_) {
       lanes_at_once_ = std::min(lanes_at_once_ * 2, lanes_);
     } else {

@@ -28,6 +28,7 @@ class Material:
     specular_level: float = 0.0
     emission: tuple[float, float, float] = (0.0, 0.0, 0.0)
     transmission: float = 0.0
+    alpha: float = 1.0
     model: dict[str, Any] = field(default_factory=dict)  # fields of MaterialModels
 
 
@@ -123,12 +124,11 @@ def _models(materials: list[Material]) -> buffers.MaterialModels | None:
 
 def _materials(shapes: list[Shape]) -> buffers.Materials:
     rows = [shape.material for shape in shapes]
-    names = ('base_color', 'metallic', 'roughness', 'ior', 'specular_level', 'emission', 'transmission')
+    names = ('base_color', 'metallic', 'roughness', 'ior', 'specular_level', 'emission', 'transmission', 'alpha')
     count = len(rows)
     return buffers.Materials(
         **{name: np.array([getattr(row, name) for row in rows], F32) for name in names},
         specular_tint=np.ones((count, 3), F32),
-        alpha=np.ones(count, F32),
         multi_ggx=np.zeros(count, U32),
         pass_index=np.zeros(count, I32),
         emission_sampling=np.ones(count, U32),

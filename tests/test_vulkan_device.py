@@ -10,17 +10,20 @@ from __future__ import annotations
 import os
 import time
 from collections.abc import Iterator
+from dataclasses import replace
 from types import ModuleType
 
 import bpy
 import numpy as np
 import pytest
 from cotorra import demos
+from cotorra.export.buffers import Image, RenderSettings
 
+import texture_scenes
 import vulkan_jobs
 from scenes import build
 from scenes.rich import rich_scene
-from vulkan_jobs import ROUNDING, compare, compare_tiles, job_of
+from vulkan_jobs import ROUNDING, Job, compare, compare_tiles, job_of
 
 pytestmark = pytest.mark.usefixtures('engine')
 
@@ -125,6 +128,25 @@ def test_passes_are_those_of_the_cpu(module: ModuleType, tracing: str) -> None:
     gpu, _ = job.render('VULKAN')
     for name in DATA:
         compare(cpu[name], gpu[name], 0.01, name)
+
+
+def test_normal_maps(module: ModuleType) -> None:
+    """The diffuse lobe knows the bent normal and the smooth one (kernels/bsdf.h, bump_shadowing)."""
+    normals = np.random.default_rng(1).uniform(0.0, 1.0, (8, 8, 3)).astype(np.float32)
+    normals[..., 2] = 1.0
+    table = texture_scenes.textures([texture_scenes.slot()], [{'normal': 0}])
+    mesh = replace(texture_scenes.plane(), tangents=np.tile(np.float32([1, 0, 0, 1]), (4, 1)))
+    buffers = texture_scenes.scene(
+        (mesh,),
+        texture_scenes.materials(textures=table),
+        images=(Image('normals', normals),),
+        lights=texture_scenes.lights(((0.8, 0.3, -0.4), 3.0)),
+    )
+    job = Job(module, buffers, texture_scenes.camera(0.9, 32), RenderSettings())
+    cpu, _ = job.render('CPU')
+    gpu, _ = job.render('VULKAN')
+    compare(cpu['combined'], gpu['combined'], 0.0, 'normal maps')
+    assert cpu['combined'].std() > 0.1
 
 
 def test_adaptive_sampling_stops_at_the_same_pixels(module: ModuleType, tracing: str) -> None:

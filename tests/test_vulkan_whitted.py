@@ -7,11 +7,14 @@ tells.
 
 from __future__ import annotations
 
+import os
+import time
 from collections.abc import Iterator
 from dataclasses import replace
 from types import ModuleType
 from typing import Any
 
+import bpy
 import numpy as np
 import pytest
 from cotorra import demos
@@ -19,19 +22,29 @@ from cotorra.export.buffers import RenderSettings
 
 import vulkan_jobs
 from classic_scenes import GLASS, MIRROR, Lamp, Material, box, camera, exported, quad, sphere
-from vulkan_jobs import Job, compare, job_of
+from scenes import build
+from scenes.rich import rich_scene
+from vulkan_jobs import ROUNDING, Job, compare, compare_tiles, job_of
 
 pytestmark = pytest.mark.usefixtures('engine')
 
 AMBIENT = {'ambient_color': (0.7, 0.85, 1.0), 'ambient_strength': 0.12}
 WINE = replace(GLASS, base_color=(0.9, 0.6, 0.8), model={'absorption': (0.5, 2.0, 1.0)})
 STUDY = Material(base_color=(0.3, 0.5, 0.2), model={'model': 1, 'kr': 0.3, 'kt': 0.5})
-TILE = 16  # pixels: whose means are compared
+FLIPS = 0.005  # share of the pixels that may hold a sample that met another surface
+DATA = ('depth', 'normal', 'diffuse_color', 'emission', 'environment', 'shadow')
 
 
 @pytest.fixture(scope='module')
 def module() -> Iterator[ModuleType]:
     yield from vulkan_jobs.opened()
+
+
+@pytest.fixture(params=vulkan_jobs.TRACINGS)
+def tracing(request: pytest.FixtureRequest, module: ModuleType) -> str:
+    """RenderSettings.ray_tracing, for tests that run with both builds of the stages that trace."""
+    vulkan_jobs.require(module, request.param)
+    return request.param
 
 
 def table(module: ModuleType, size: tuple[int, int] = (64, 48), **settings: Any) -> Job:
@@ -47,13 +60,15 @@ def table(module: ModuleType, size: tuple[int, int] = (64, 48), **settings: Any)
     return Job(module, buffers, view, RenderSettings(**chosen))
 
 
-def both(job: Job, flips: float, mean: float = 0.0005) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
+def both(
+    job: Job, flips: float, mean: float = 0.0005, rounding: float = ROUNDING
+) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
     """Renders on both devices and compares; the Vulkan device's passes and figures."""
     cpu, cpu_stats = job.render('CPU')
     gpu, stats = job.render('VULKAN')
     assert 'Whitted' in stats['features']
     for name in job.settings.passes:
-        compare(cpu[name], gpu[name], flips, name)
+        compare(cpu[name], gpu[name], flips, name, rounding)
         assert gpu[name].mean() == pytest.approx(cpu[name].mean(), rel=mean, abs=1e-7), name
     assert stats['samples'] == cpu_stats['samples'] and stats['rejected_samples'] == 0
     for kind, count in cpu_stats['rays'].items():
@@ -61,22 +76,117 @@ def both(job: Job, flips: float, mean: float = 0.0005) -> tuple[dict[str, np.nda
     return gpu, stats
 
 
-def tile_means(pixels: np.ndarray) -> np.ndarray:
-    height, width = (side // TILE * TILE for side in pixels.shape[:2])
-    return pixels[:height, :width, :3].reshape(height // TILE, TILE, width // TILE, TILE, 3).mean(axis=(1, 3))
-
-
-def test_the_demo_is_the_image_of_the_cpu(module: ModuleType) -> None:
-    job = job_of(module, demos.build('whitted_classic'), (96, 54), integrator='WHITTED', **AMBIENT)
-    gpu, _ = both(job, 0.005)
+def test_the_demo_is_the_image_of_the_cpu(module: ModuleType, tracing: str) -> None:
+    settings = {'integrator': 'WHITTED', 'ray_tracing': tracing} | AMBIENT
+    job = job_of(module, demos.build('whitted_classic'), (96, 54), **settings)
+    gpu, _ = both(job, FLIPS)
     cpu, _ = job.render('CPU')
-    assert tile_means(gpu['combined']) == pytest.approx(tile_means(cpu['combined']), rel=0.002)
+    compare_tiles(cpu['combined'], gpu['combined'], 'whitted_classic')
     again, _ = job.render('VULKAN')
     assert np.array_equal(gpu['combined'], again['combined']), 'the same bits each time, whatever the queues hold'
 
 
-@pytest.mark.parametrize('shadows', [False, True])
-@pytest.mark.parametrize('depth, threshold', [(0, 0.0), (1, 0.0), (8, 0.003), (8, 0.1), (12, 0.0)])
-def test_glass_mirrors_and_media(module: ModuleType, depth: int, threshold: float, shadows: bool) -> None:
+@pytest.mark.parametrize(
+    'depth, threshold, shadows', [(0, 0.0, False), (1, 0.0, True), (8, 0.003, False), (8, 0.1, True), (12, 0.0, True)]
+)
+def test_glass_mirrors_and_media(module: ModuleType, tracing: str, depth: int, threshold: float, shadows: bool) -> None:
     limits = {'whitted_depth': depth, 'whitted_threshold': threshold}
-    both(table(module, **limits, use_transparent_shadows=shadows), 0.02)
+    both(table(module, **limits, use_transparent_shadows=shadows, ray_tracing=tracing), FLIPS)
+
+
+def glassy(lamps: int) -> bpy.types.Scene:
+    """rich_scene with glass in it, and a floor that is not all there."""
+    scene = rich_scene(lamps)
+    build.principled(bpy.data.materials['Plastic']).inputs['Transmission Weight'].default_value = 0.7
+    build.principled(bpy.data.materials['Matte']).inputs['Alpha'].default_value = 0.8
+    return scene
+
+
+@pytest.mark.parametrize('lamps', [3, 11])
+def test_passes_lamps_and_transparency(module: ModuleType, lamps: int) -> None:
+    """Up to eight lamps are all sampled at each vertex, of more some are picked."""
+    passes = ('combined', 'lightgroup:0', 'lightgroup:1', *DATA)
+    job = job_of(module, glassy(lamps), integrator='WHITTED', samples=8, passes=passes, **AMBIENT)
+    _, stats = both(job, FLIPS)
+    assert {'transparency', 'light groups', 'data passes', 'emissive meshes'} <= set(stats['features'])
+
+
+def test_textures_and_models(module: ModuleType) -> None:
+    """A texel's contrast enlarges rounding, and so does each reflection by a bent normal: one is enough."""
+    scene = demos.build('model_pair')
+    for made in bpy.data.materials:
+        made.cotorra.kr = 0.3
+    job = job_of(module, scene, integrator='WHITTED', whitted_depth=1, **AMBIENT)
+    _, stats = both(job, 0.03, 0.001, 3.0 * ROUNDING)
+    assert {'textures', 'reflection models'} <= set(stats['features']) and stats['rays']['bounce'] > 0
+
+
+def test_shadows_through_panes_and_through_what_is_half_there(module: ModuleType) -> None:
+    """A pane dims by its colour, a transparent surface by its alpha, and both cast the shadow of their product."""
+    floor = quad((-5, -5, 0), (10, 0, 0), (0, 10, 0))
+    pane = box((-5, -5, 1.0), (5, 5, 1.2), replace(GLASS, base_color=(0.9, 0.5, 0.2)))
+    gauze = quad((-5, -5, 2.0), (10, 0, 0), (0, 10, 0), Material(alpha=0.25))
+    view = camera((8, 8), (0, 0, 0.5), (0, 0, -1), window=0.1)
+    buffers = exported([floor, pane, gauze], [Lamp('SUN', (2.0, 2.0, 2.0))])
+    settings = RenderSettings(
+        samples=1, integrator='WHITTED', use_transparent_shadows=True, passes=('combined', 'shadow')
+    )
+    gpu, _ = Job(module, buffers, view, settings).render('VULKAN')
+    through = 0.96**2 * np.array((0.9, 0.5, 0.2)) * 0.75
+    assert gpu['combined'][..., :3] == pytest.approx(np.broadcast_to(2.0 / np.pi * through, (8, 8, 3)), rel=1e-5)
+    assert gpu['shadow'] == pytest.approx(0.75)
+
+
+def test_panes_are_counted(module: ModuleType) -> None:
+    """The seventeenth stops a shadow ray, as on the CPU."""
+    floor = quad((-5, -5, 0), (10, 0, 0), (0, 10, 0))
+    sheets = [quad((-5, -5, 0.1 + 0.1 * i), (10, 0, 0), (0, 10, 0), replace(GLASS, ior=1.0)) for i in range(17)]
+    view = camera((8, 8), (0, 0, 0.05), (0, 0, -1), window=0.1)
+    settings = RenderSettings(samples=1, integrator='WHITTED', use_transparent_shadows=True)
+
+    def light(count: int) -> float:
+        buffers = exported([floor, *sheets[:count]], [Lamp('SUN', (2.0, 2.0, 2.0))])
+        gpu, _ = Job(module, buffers, view, settings).render('VULKAN')
+        return float(gpu['combined'][..., :3].max())
+
+    assert light(16) == pytest.approx(2.0 / np.pi, rel=1e-4)
+    assert light(17) == 0.0
+
+
+def test_adaptive_sampling_stops_at_the_same_pixels(module: ModuleType) -> None:
+    settings = {'samples': 32, 'adaptive': True, 'noise_threshold': 0.05, 'passes': ('combined', 'sample_count')}
+    job = table(module, **settings)
+    cpu, _ = job.render('CPU')
+    gpu, _ = job.render('VULKAN')
+    counts = cpu['sample_count']
+    assert counts.min() < counts.max(), 'nothing was adaptive'
+    assert (counts == gpu['sample_count']).mean() > 0.98
+
+
+def test_a_smaller_batch_is_the_same_picture(module: ModuleType, monkeypatch: pytest.MonkeyPatch) -> None:
+    """No result depends on how many lanes there are, nor on where a pass is cut; a deep tree leaves room for few."""
+    job = table(module, use_transparent_shadows=True)
+    whole, whole_stats = job.render('VULKAN')
+    monkeypatch.setenv('COTORRA_VULKAN_MEMORY', str(96 << 20))
+    small, stats = job.render('VULKAN')
+    assert np.array_equal(whole['combined'], small['combined'])
+    assert stats['device_bytes'] < whole_stats['device_bytes']
+
+
+def test_cancel_ends_a_tree_that_does_not_end(module: ModuleType) -> None:
+    """Between two half mirrors each ray becomes two, 64 times over."""
+    sheet = Material(model={'model': 1, 'kr': 0.5, 'kt': 0.5})
+    sheets = [quad((-50, -50, z), (100, 0, 0), (0, 100, 0), sheet) for z in np.linspace(0.0, 1.0, 70)]
+    view = camera((64, 64), (0, 0, 0.5), (0, 0, -1), window=0.1)
+    settings = RenderSettings(integrator='WHITTED', whitted_depth=64, whitted_threshold=0.0, passes=('combined',))
+    job = Job(module, exported(sheets), view, settings)
+    session = job.session('VULKAN')
+    session.start()
+    while session.stats()['compile_seconds'] == 0.0:  # until then nothing is traced
+        assert not session.wait(0.01)
+    assert not session.wait(1.0) and session.samples_done() == 0
+    began = time.process_time()
+    session.cancel()
+    assert session.wait(10.0)
+    # As test_vulkan_device.py measures it.
+    assert time.process_time() - began < 0.3 * (os.cpu_count() or 1)

@@ -89,6 +89,8 @@ class Job:
 def job_of(module: ModuleType, scene: bpy.types.Scene, size: tuple[int, int] = SIZE, **settings: Any) -> Job:
     scene.render.resolution_x, scene.render.resolution_y = size
     scene.render.resolution_percentage = 100
+    # What is exported of a material depends on it.
+    scene.cotorra.integrator = settings.get('integrator', scene.cotorra.integrator)
     depsgraph = bpy.context.evaluated_depsgraph_get()
     log = Log()
     camera = export.export_camera(scene, scene.camera, log)
