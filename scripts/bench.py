@@ -28,7 +28,7 @@ def parse(arguments: list[str] | None) -> argparse.Namespace:
         'scenes',
         metavar='SCENE',
         nargs='*',
-        help=f'{there},\na .blend file, or `sync` and `instances` '
+        help=f'{there},\na .blend file, or `sync`, `instances` and `triangles` '
         '(default: the demos without models of our own; three_lights with --against)',
     )
     parser.add_argument('--bounces', type=int, nargs='+', default=[0, 4], help='default: 0 4')
@@ -136,7 +136,7 @@ def bench_synthetic(options: argparse.Namespace) -> list[dict[str, Any]]:
     results = []
     for name in options.synthetic:
         try:
-            results.append(synthetic.TESTS[name](options.threads, options.engine, options.repeat))
+            results.append(synthetic.TESTS[name](options.threads, options.engine, options.repeat, options.device))
         except RuntimeError as problem:
             results.append(failed(name, problem))
     return results

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""From depsgraph to the first sample, and the memory of instances: tests on meshes that `scenes.py` makes.
+"""From depsgraph to the first sample, and the memory of instances and of many triangles, on meshes of `scenes.py`.
 
 It renders 8×8 pixels with one sample, so nothing about the speed of rendering is told here.
 """
@@ -15,15 +15,16 @@ from benchmark.scenes import SceneSource
 
 TRIANGLES = 2_000_000
 INSTANCES = 100_000
+MANY_TRIANGLES = 50_000_000
 
 
-def first_render(source: SceneSource, engine: str, threads: int) -> dict[str, Any]:
+def first_render(source: SceneSource, engine: str, threads: int, device: str = 'CPU') -> dict[str, Any]:
     """One render of 8×8 pixels and one sample in a fresh Blender."""
     job = {'samples': 1, 'seed': 1, 'output': ''}
-    return run_worker(task_of(Case(source, 0, (8, 8), threads), engine, [job]))['renders'][0]
+    return run_worker(task_of(Case(source, 0, (8, 8), threads, device=device), engine, [job]))['renders'][0]
 
 
-def sync(threads: int, engine: str, repeat: int) -> dict[str, Any]:
+def sync(threads: int, engine: str, repeat: int, _device: str) -> dict[str, Any]:
     """A smooth mesh with a UV map, from Blender's call to the first sample, what Blender itself takes subtracted."""
     source = SceneSource('grid', 'grid', number=TRIANGLES)
     repeat = max(3, repeat)
@@ -57,7 +58,7 @@ def sync(threads: int, engine: str, repeat: int) -> dict[str, Any]:
     return result
 
 
-def instances(threads: int, engine: str, _repeat: int) -> dict[str, Any]:
+def instances(threads: int, engine: str, _repeat: int, _device: str) -> dict[str, Any]:
     """Bytes that an instance costs: peak with many, less peak with one, less what Blender itself takes for either."""
     one, many = (SceneSource('instances', 'instances', number=number) for number in (1, INSTANCES))
     engines = ('BENCH_NULL', 'CYCLES', engine)
@@ -79,4 +80,24 @@ def instances(threads: int, engine: str, _repeat: int) -> dict[str, Any]:
     return result
 
 
-TESTS = {'sync': sync, 'instances': instances}
+def triangles(threads: int, _engine: str, _repeat: int, device: str) -> dict[str, Any]:
+    """Does a scene of very many triangles fit, and what does it take until the first sample is there?"""
+    run = first_render(SceneSource('triangles', 'grid', number=MANY_TRIANGLES), 'COTORRA', threads, device)
+    (layer,) = run['stats']['layers']
+    session = layer['session']
+    figures = {
+        'export s': run['stats']['sync_seconds'],
+        "Embree's BVH s": layer['scene']['build_seconds'],
+        "device's BVH s": session['device_build_seconds'],
+        'upload s': session['upload_seconds'],
+        'first samples s': session['first_seconds'],
+        'whole s': run['whole'],
+        'on the device MiB': session['device_bytes'] / 2**20,
+        'peak MiB': run['memory_peak'] / 2**20,
+    }
+    print(f'triangles: one mesh of {layer["scene"]["triangles"]:,} on {session["device"]} ({session["isa"]})')
+    print(table(tuple(figures), [tuple(f'{value:.1f}' for value in figures.values())]) + '\n', flush=True)
+    return {'case': 'triangles', **figures, 'run': run}
+
+
+TESTS = {'sync': sync, 'instances': instances, 'triangles': triangles}
