@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Binary trees by the surface area heuristic over bins, then turned into nodes of eight children in bytes.
+// Turns binary trees into nodes of eight children in bytes.
 // What a node's fields mean is told in kernels/bvh.h.
 #include "wide_bvh.h"
 
@@ -7,11 +7,11 @@
 #include <array>
 #include <bit>
 #include <cmath>
-#include <future>
 #include <limits>
 #include <stdexcept>
 #include <thread>
 
+#include "binary_tree.h"
 #include "scene.h"
 
 namespace cotorra {
@@ -25,164 +25,7 @@ constexpr uint KERNEL_FEATURES = ~0u;
 namespace cotorra {
 namespace {
 
-constexpr std::uint32_t kLeafSize = 3;   // what a slot's byte can count
-constexpr int kBins = 16;
-constexpr float kNodeCost = 1.0f;        // of a node, against that of a triangle: both are about one memory access
-constexpr int kBalancedDepth = 40;       // below, halves instead of the heuristic: that bounds the depth
-constexpr std::uint32_t kParallelSize = 1 << 14;  // smaller subtrees are not worth a task
-
-struct Box {
-  vec3 lo{std::numeric_limits<float>::max()}, hi{std::numeric_limits<float>::lowest()};
-  void add(vec3 p) {
-    lo = min(lo, p);
-    hi = max(hi, p);
-  }
-  void add(const Box &b) {
-    lo = min(lo, b.lo);
-    hi = max(hi, b.hi);
-  }
-  float half_area() const {
-    const vec3 d = hi - lo;
-    return d.x < 0.0f ? 0.0f : d.x * d.y + d.y * d.z + d.z * d.x;
-  }
-  bool finite() const {
-    const vec3 sum = abs(lo) + abs(hi);
-    return lo.x <= hi.x && sum.x + sum.y + sum.z < std::numeric_limits<float>::infinity();
-  }
-};
-
-// Something in a tree: a triangle or an instance, by its index.
-struct Item {
-  Box box;
-  std::uint32_t index;
-  vec3 center() const { return (box.lo + box.hi) * 0.5f; }
-};
-
 float axis_of(vec3 v, int axis) { return axis == 0 ? v.x : axis == 1 ? v.y : v.z; }
-
-// A node of a binary tree. The left child follows it; leaves hold items [first, first + count).
-struct BinaryNode {
-  Box box;
-  std::uint32_t first = 0;  // right child, or first item
-  std::uint32_t count = 0;  // 0: no leaf
-};
-
-struct Split {
-  int axis = -1;
-  int border = 0;  // the first bin of the right side
-  float cost = std::numeric_limits<float>::max();
-};
-
-class BinaryBuilder {
- public:
-  BinaryBuilder(std::span<Item> items, int threads, const std::atomic<bool> &cancel)
-      : items_(items), nodes_(2 * items.size() - 1), cancel_(cancel) {
-    build(0, 0, static_cast<std::uint32_t>(items.size()), 0, threads);
-    if (cancel_) throw Cancelled();
-  }
-  const std::vector<BinaryNode> &nodes() const { return nodes_; }
-
- private:
-  // A subtree over n items owns 2n - 1 nodes from `node` on, so that the layout does not depend on who builds what.
-  void build(std::uint32_t node, std::uint32_t first, std::uint32_t count, int depth, int threads) {
-    if (cancel_.load(std::memory_order_relaxed)) return;
-    Box box, centers;
-    for (const Item &item : items_.subspan(first, count)) {
-      box.add(item.box);
-      centers.add(item.center());
-    }
-    nodes_[node] = {box, first, count};
-    if (count == 1) return;
-    const Split split = depth < kBalancedDepth ? best_split(first, count, centers, box) : Split{};
-    const float leaf_cost = static_cast<float>(count) * box.half_area();
-    if (count <= kLeafSize && leaf_cost <= split.cost + kNodeCost * box.half_area()) return;
-    const std::uint32_t middle = partition(first, count, split, centers);
-    const std::uint32_t left = middle - first;
-    const std::uint32_t right_node = node + 2 * left;
-    nodes_[node].first = right_node;
-    nodes_[node].count = 0;
-    if (threads > 1 && count > kParallelSize) {
-      std::future<void> task =
-          std::async(std::launch::async, [&] { build(node + 1, first, left, depth + 1, threads / 2); });
-      build(right_node, middle, count - left, depth + 1, threads - threads / 2);
-      task.get();
-    } else {
-      build(node + 1, first, left, depth + 1, 1);
-      build(right_node, middle, count - left, depth + 1, 1);
-    }
-  }
-
-  static int bin_of(float c, float lo, float scale) {
-    return std::clamp(static_cast<int>((c - lo) * scale), 0, kBins - 1);
-  }
-
-  Split best_split(std::uint32_t first, std::uint32_t count, const Box &centers, const Box &box) const {
-    Split best;
-    for (int axis = 0; axis < 3; ++axis) {
-      const float lo = axis_of(centers.lo, axis);
-      const float extent = axis_of(centers.hi, axis) - lo;
-      if (!(extent > 0.0f)) continue;
-      const float scale = kBins / extent;
-      std::array<Box, kBins> boxes;
-      std::array<std::uint32_t, kBins> counts{};
-      for (const Item &item : items_.subspan(first, count)) {
-        const auto b = static_cast<std::size_t>(bin_of(axis_of(item.center(), axis), lo, scale));
-        boxes[b].add(item.box);
-        ++counts[b];
-      }
-      sweep(boxes, counts, axis, best);
-    }
-    // Among coplanar or equal boxes every split may cost nothing; it is a split all the same.
-    if (best.axis < 0) best.cost = static_cast<float>(count) * box.half_area();
-    return best;
-  }
-
-  static void sweep(const std::array<Box, kBins> &boxes, const std::array<std::uint32_t, kBins> &counts, int axis,
-                    Split &best) {
-    std::array<float, kBins> right_cost{};
-    Box right;
-    std::uint32_t n = 0;
-    for (std::size_t b = kBins - 1; b > 0; --b) {
-      right.add(boxes[b]);
-      n += counts[b];
-      right_cost[b] = n > 0 ? static_cast<float>(n) * right.half_area() : std::numeric_limits<float>::max();
-    }
-    Box left;
-    n = 0;
-    for (std::size_t b = 0; b + 1 < kBins; ++b) {
-      left.add(boxes[b]);
-      n += counts[b];
-      if (n == 0) continue;
-      const float cost = static_cast<float>(n) * left.half_area() + right_cost[b + 1];
-      if (cost < best.cost) best = {axis, static_cast<int>(b) + 1, cost};
-    }
-  }
-
-  // Moves the items of the left side to the front; returns where the right side begins.
-  std::uint32_t partition(std::uint32_t first, std::uint32_t count, const Split &split, const Box &centers) {
-    const auto begin = items_.begin() + first;
-    if (split.axis >= 0) {
-      const float lo = axis_of(centers.lo, split.axis);
-      const float scale = kBins / (axis_of(centers.hi, split.axis) - lo);
-      const auto middle = std::partition(begin, begin + count, [&](const Item &item) {
-        return bin_of(axis_of(item.center(), split.axis), lo, scale) < split.border;
-      });
-      const auto left = static_cast<std::uint32_t>(middle - begin);
-      if (left > 0 && left < count) return first + left;
-    }
-    const vec3 d = centers.hi - centers.lo;
-    const int axis = d.x >= d.y && d.x >= d.z ? 0 : d.y >= d.z ? 1 : 2;
-    const std::uint32_t half = count / 2;
-    std::nth_element(begin, begin + half, begin + count, [axis](const Item &a, const Item &b) {
-      return axis_of(a.center(), axis) < axis_of(b.center(), axis);
-    });
-    return first + half;
-  }
-
-  std::span<Item> items_;
-  std::vector<BinaryNode> nodes_;
-  const std::atomic<bool> &cancel_;
-};
 
 // Turns a binary tree into wide nodes at the end of `nodes`. What leaves hold is told to `emit`, which appends it and
 // whose count so far `held` is.
@@ -348,18 +191,18 @@ class SceneBuilder {
     if (held + items.size() > std::numeric_limits<std::uint32_t>::max() / 2) {
       throw std::runtime_error("more triangles than the BVH of a GPU can hold");
     }
-    const BinaryBuilder binary(items, threads_, cancel_);
-    WideWriter writer(binary.nodes(), items, out_.nodes, static_cast<std::uint32_t>(held), emit);
+    const std::vector<BinaryNode> binary = build_binary_tree(items, threads_, cancel_);
+    WideWriter writer(binary, items, out_.nodes, static_cast<std::uint32_t>(held), emit);
     return writer.write(depth);
   }
 
   static void add_triangle(const Mesh &mesh, std::uint32_t triangle, std::uint32_t index, std::vector<Item> &items) {
     const uvec3 id = mesh.triangles.v[triangle];
-    Item item{{}, index};
-    item.box.add(mesh.positions.v[id.x]);
-    item.box.add(mesh.positions.v[id.y]);
-    item.box.add(mesh.positions.v[id.z]);
-    if (item.box.finite()) items.push_back(item);  // else no ray meets it, as in Embree
+    Box box;
+    box.add(mesh.positions.v[id.x]);
+    box.add(mesh.positions.v[id.y]);
+    box.add(mesh.positions.v[id.z]);
+    if (box.finite()) items.emplace_back(box, index);  // else no ray meets it, as in Embree
   }
 
   void push_triangle(const Mesh &mesh, std::uint32_t triangle, std::uint32_t instance, std::uint32_t mask) {
@@ -368,11 +211,20 @@ class SceneBuilder {
         {mesh.positions.v[id.x], instance, mesh.positions.v[id.y], triangle, mesh.positions.v[id.z], mask});
   }
 
+  std::size_t flattened_triangles() const {
+    std::size_t count = 0;
+    for (const Instance &instance : instances_) {
+      if (flattened_[instance.mesh] != 0) count += meshes_[instance.mesh].triangle_count;
+    }
+    return count;
+  }
+
   void build_world() {
     std::vector<std::uint32_t> first;  // index of each flattened instance's first triangle
     std::vector<std::uint32_t> owner;
     std::vector<Item> items;
     std::uint64_t count = 0;
+    items.reserve(flattened_triangles());
     for (std::uint32_t k = 0; k < instances_.size(); ++k) {
       const Mesh &mesh = meshes_[instances_[k].mesh];
       if (flattened_[instances_[k].mesh] == 0) continue;
@@ -394,7 +246,10 @@ class SceneBuilder {
     const Mesh &mesh = meshes_[m];
     std::vector<Item> items;
     for (std::uint32_t t = 0; t < mesh.triangle_count; ++t) add_triangle(mesh, t, t, items);
-    for (const Item &item : items) box.add(item.box);
+    for (const Item &item : items) {
+      box.add(item.lo);
+      box.add(item.hi);
+    }
     return build_tree(items, out_.triangles.size(), mesh_depth_,
                       [&](std::uint32_t index) { push_triangle(mesh, index, INVALID_ID, VISIBLE_ALL); });
   }
@@ -405,18 +260,18 @@ class SceneBuilder {
       const Instance &instance = instances_[k];
       if (roots[instance.mesh] == INVALID_ID) continue;
       const Box &box = boxes[instance.mesh];
-      Item item{{}, k};
+      Box item;
       for (unsigned corner = 0; corner < 8; ++corner) {
         const vec3 p((corner & 1) != 0 ? box.hi.x : box.lo.x, (corner & 2) != 0 ? box.hi.y : box.lo.y,
                      (corner & 4) != 0 ? box.hi.z : box.lo.z);
-        item.box.add(instance_point(instance, p));
+        item.add(instance_point(instance, p));
       }
       // The corners were rounded.
-      const vec3 slack = (abs(item.box.lo) + abs(item.box.hi)) * 4e-7f;
-      item.box.lo = item.box.lo - slack;
-      item.box.hi = item.box.hi + slack;
+      const vec3 slack = (abs(item.lo) + abs(item.hi)) * 4e-7f;
+      item.lo = item.lo - slack;
+      item.hi = item.hi + slack;
       BvhInstance unused;
-      if (item.box.finite() && world_to_object(instance, unused)) items.push_back(item);
+      if (item.finite() && world_to_object(instance, unused)) items.emplace_back(item, k);
     }
     out_.top_root = build_tree(items, 0, top_depth_, [&](std::uint32_t k) {
       BvhInstance entry{};

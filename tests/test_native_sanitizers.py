@@ -21,7 +21,7 @@ from cotorra.native import embree_library
 from native_build import BUILD, ROOT, build_module, build_program, compiler
 
 # Without the Vulkan device, whose kernels CMake compiles; device_no_vulkan.cpp stands in for it.
-VULKAN = re.compile(r'vulkan_\w+|device_vulkan|wide_bvh')
+VULKAN = re.compile(r'vulkan_\w+|device_vulkan|wide_bvh|binary_tree')
 SOURCES = sorted(path for path in (ROOT / 'native').glob('*.cpp') if not VULKAN.fullmatch(path.stem))
 PYTHON = [
     path for path in SOURCES if '#include <nanobind' in path.read_text() or '"python_arrays.h"' in path.read_text()
