@@ -11,6 +11,10 @@
 namespace cotorra {
 #endif
 
+// The pass of its own that a lamp's light goes to, -1 where it has none, and its light group: see LAMP_PASS_SHIFT.
+FN int light_pass(int group) { return (group >> int(LAMP_PASS_SHIFT)) - 1; }
+FN int light_group(int group) { return (group << int(LAMP_PASS_SHIFT)) >> int(LAMP_PASS_SHIFT); }
+
 struct LightSample {
   vec3 wi;         // unit, from the surface to the light
   float distance;  // to the light, INFINITE_DISTANCE for a sun

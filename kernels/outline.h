@@ -5,7 +5,7 @@
 #define COTORRA_OUTLINE_H
 
 #include "camera.h"
-#include "math.h"
+#include "surface.h"
 
 #ifdef __cplusplus
 namespace cotorra {
@@ -14,7 +14,8 @@ namespace cotorra {
 const uint OUTLINE_NORMAL = 1u;
 const uint OUTLINE_DEPTH = 2u;
 const uint OUTLINE_OBJECT = 4u;
-const uint OUTLINE_RAYS = 9u;  // three rows of three; 4 is the middle
+const uint OUTLINE_RAYS = 9u;  // three rows of three
+const uint OUTLINE_MIDDLE = 4u;
 
 // Sobel's weights sum to 4 on either side: a step of this size between two columns gives four times it.
 const float OUTLINE_CREASE = 0.5176f;  // between normals 30 degrees apart: 2 sin(15 degrees)
@@ -39,6 +40,17 @@ struct OutlineSums {
   float object_y;
 };
 
+// Where ray 0 to 8 lies from the middle one, in half widths of a line.
+FN vec2 outline_move(uint ray) { return vec2(float(ray % 3u) - 1.0f, float(ray / 3u) - 1.0f); }
+
+// The ray that is traced after this one. The middle comes first, since it has no weight itself and the others are
+// compared with it; after the last it is its turn again.
+FN uint outline_next(uint ray) {
+  if (ray == OUTLINE_MIDDLE) return 0u;
+  if (ray == OUTLINE_RAYS - 1u) return OUTLINE_MIDDLE;
+  return select(ray + 1u == OUTLINE_MIDDLE, ray + 2u, ray + 1u);
+}
+
 // Sobel: [-1 0 1; -2 0 2; -1 0 1] and its transpose, for ray 0 to 8 row by row.
 FN float sobel_x(uint ray) {
   const int column = int(ray % 3u) - 1;
@@ -55,6 +67,23 @@ FN float sobel_y(uint ray) {
 FN float outline_height(IN(CameraData) camera, float rows, vec3 p) {
   const float depth = select(camera.kind == CAMERA_PERSPECTIVE, camera_depth(camera, p), 1.0f);
   return max(abs(camera.pixel_height * rows * depth), 1e-20f);
+}
+
+FN void outline_point(IN(SceneData) scene, IN(CameraData) camera, float rows, IN(Hit) hit, vec3 direction,
+                      OUT(OutlinePoint) point) {
+  point.instance = hit.instance;
+  point.p = vec3(0.0f);
+  point.n = vec3(0.0f);
+  point.ng = vec3(0.0f);
+  point.height = 0.0f;
+  point.unused = 0.0f;
+  if (hit.instance == INVALID_ID) return;
+  Surface s;
+  surface_from_hit(scene, hit, direction, s);
+  point.p = s.p;
+  point.n = s.n;
+  point.ng = s.ng;
+  point.height = outline_height(camera, rows, s.p);
 }
 
 FN void outline_begin(OUT(OutlineSums) sums) {

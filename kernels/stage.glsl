@@ -36,6 +36,11 @@ vec2 vertex_random(PathState path, uint block_seed, uint pair) {
 // Only one invocation at a time works on a lane, so that sums need no atomics and come in one order.
 void add_light(uint lane, vec3 value, int group) {
   WAVE.samples.v[lane].radiance += value;
+  if (FEATURE(FEATURE_TERMS)) {
+    const int lamp = light_pass(group);
+    if (lamp >= 0 && lamp < int(WAVE.lamp_passes)) WAVE.lamps.v[lane * WAVE.lamp_passes + uint(lamp)] += value;
+    group = light_group(group);
+  }
   if (FEATURE(FEATURE_LIGHT_GROUPS) && group >= 0 && group < int(WAVE.light_groups)) {
     WAVE.groups.v[lane * WAVE.light_groups + uint(group)] += value;
   }

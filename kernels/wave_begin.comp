@@ -21,9 +21,18 @@ void clear_record(uint lane) {
   r.emission = vec3(0.0f);
   r.unshadowed = 0.0f;
   r.environment = vec3(0.0f);
-  r.unused = 0.0f;
+  r.occlusion = 0.0f;
   r.uv = vec2(0.0f);
   STORE(WAVE.records, lane, r);
+}
+
+void clear_terms(uint lane) {
+  WaveTerms terms;
+  terms.d = 0.0f;
+  terms.g = 0.0f;
+  terms.f = vec3(0.0f);
+  if (flag(WAVE_TERMS_PASS)) STORE(WAVE.terms, lane, terms);
+  for (uint l = 0u; l < WAVE.lamp_passes; ++l) STORE(WAVE.lamps, lane * WAVE.lamp_passes + l, vec3(0.0f));
 }
 
 void main() {
@@ -50,6 +59,7 @@ void main() {
   STORE(WAVE.rays_queue, lane, lane);
   if (FEATURE(FEATURE_WHITTED)) plant_tree(lane);
   if (FEATURE(FEATURE_DATA_PASSES)) clear_record(lane);
+  if (FEATURE(FEATURE_TERMS)) clear_terms(lane);
   if (FEATURE(FEATURE_LIGHT_GROUPS)) {
     for (uint g = 0u; g < WAVE.light_groups; ++g) STORE(WAVE.groups, lane * WAVE.light_groups + g, vec3(0.0f));
   }

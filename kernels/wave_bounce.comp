@@ -7,7 +7,7 @@
 #include "stage.glsl"
 #include "whitted.glsl"
 
-void gather(uint lane) {
+void gather_lights(uint lane) {
   for (uint slot = 0u; slot < push.light_slots; ++slot) {
     const uint place = slot * WAVE.lanes + lane;
     const float share = WAVE.shadow_rays.v[place].t_max;
@@ -20,6 +20,37 @@ void gather(uint lane) {
       WAVE.records.v[lane].lit += l * share;
     }
   }
+}
+
+// Toon: the tone of the lamps that light the point fully.
+void gather_tone(uint lane) {
+  uint lit = 0u;
+  for (uint slot = 0u; slot < push.light_slots; ++slot) {
+    lit += WAVE.shadow_rays.v[slot * WAVE.lanes + lane].t_max >= 0.5f ? 1u : 0u;
+  }
+  const uint id = WAVE.surfaces.v[lane].material;
+  Material material = LOAD(WAVE.scene.materials, id);
+  material.base_color = LOAD(WAVE.base_colors, lane);
+  add_light(lane, toon_color(material, LOAD(WAVE.scene.classic, id), lit, push.light_slots), -1);
+}
+
+void gather_sky(uint lane) {
+  const uint place = push.sky_slot * WAVE.lanes + lane;
+  const float sky = WAVE.shadow_rays.v[place].t_max;
+  if (FEATURE(FEATURE_DATA_PASSES) && flag(WAVE_OCCLUSION_PASS) && push.bounce == 0u) {
+    WAVE.records.v[lane].occlusion = sky;
+  }
+  if (flag(WAVE_AMBIENT_OCCLUDED)) add_light(lane, WAVE.shadow_rays.v[place].contribution * sky, -1);
+  if (flag(WAVE_OCCLUSION_PICTURE)) WAVE.samples.v[lane].radiance = vec3(sky);
+}
+
+void gather(uint lane) {
+  if (FEATURE(FEATURE_TOON)) {
+    gather_tone(lane);
+  } else {
+    gather_lights(lane);
+  }
+  if (FEATURE(FEATURE_OCCLUSION) && push.sky_slot != INVALID_ID) gather_sky(lane);
 }
 
 void main() {

@@ -23,7 +23,22 @@ void add_record(uint pixel, WaveRecord r) {
   sum.environment += r.environment;
   sum.lit += r.lit;
   sum.unshadowed += r.unshadowed;
+  sum.occlusion += r.occlusion;
   STORE(WAVE.film_records, pixel, sum);
+}
+
+void add_terms(uint pixel, WaveTerms terms) {
+  WAVE.film_terms.v[pixel].d += terms.d;
+  WAVE.film_terms.v[pixel].g += terms.g;
+  WAVE.film_terms.v[pixel].f += terms.f;
+}
+
+// A line covers what is behind it, and the transparent film.
+void draw_line(uint lane, inout WaveSample s) {
+  const OutlineSums sums = LOAD(WAVE.outline_sums, lane);
+  if (!outline_found(sums, WAVE.outlines, WAVE.outline_y / WAVE.rows)) return;
+  s.radiance = WAVE.outline_color;
+  s.alpha = 1.0f;
 }
 
 void main() {
@@ -34,7 +49,8 @@ void main() {
   vec3 odd = vec3(0.0f);
   for (uint k = 0u; k < push.sample_count; ++k) {
     const uint lane = index * push.sample_count + k;
-    const WaveSample s = LOAD(WAVE.samples, lane);
+    WaveSample s = LOAD(WAVE.samples, lane);
+    if (FEATURE(FEATURE_TOON) && WAVE.outlines != 0u) draw_line(lane, s);
     vec3 radiance = s.radiance;
     const bool finite = film_add(sum, radiance, s.alpha);
     if (!finite) atomicAdd(WAVE.counters.v[WAVE_REJECTED], 1u);
@@ -43,6 +59,12 @@ void main() {
     if (FEATURE(FEATURE_LIGHT_GROUPS) && finite) {
       for (uint g = 0u; g < WAVE.light_groups; ++g) {
         WAVE.film_groups.v[pixel * WAVE.light_groups + g] += LOAD(WAVE.groups, lane * WAVE.light_groups + g);
+      }
+    }
+    if (FEATURE(FEATURE_TERMS) && flag(WAVE_TERMS_PASS)) add_terms(pixel, LOAD(WAVE.terms, lane));
+    if (FEATURE(FEATURE_TERMS) && finite) {
+      for (uint l = 0u; l < WAVE.lamp_passes; ++l) {
+        WAVE.film_lamps.v[pixel * WAVE.lamp_passes + l] += LOAD(WAVE.lamps, lane * WAVE.lamp_passes + l);
       }
     }
   }

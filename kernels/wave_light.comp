@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Stage 4: light samples of each lane at a surface: every lamp or a few picked ones, and a point on an emitting
-// triangle. It makes shadow rays and traces none.
+// Stage 4: light samples of each lane at a surface: every lamp or a few picked ones, a point on an emitting triangle,
+// and the sky for ambient occlusion. It makes shadow rays and traces none.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "stage.glsl"
@@ -20,6 +20,16 @@ bool sample_lamp(uint slot, uint lamp_slots, float pick, uint block_seed, PathSt
   return path_sample_light(WAVE.scene, index, path, s, bsdf, wo, u, scale, ray);
 }
 
+// The contribution is wave_shade.comp's, where the ray has one.
+void send_sky(uint lane, PathState path, Surface s, uint block_seed) {
+  const uint place = push.sky_slot * WAVE.lanes + lane;
+  ShadowRay ray;
+  occlusion_ray(WAVE.scene, s, vertex_random(path, block_seed, PAIR_OCCLUSION), WAVE.occlusion_distance, ray);
+  if (flag(WAVE_AMBIENT_OCCLUDED)) ray.contribution = WAVE.shadow_rays.v[place].contribution;
+  STORE(WAVE.shadow_rays, place, ray);
+  STORE(WAVE.shadows_queue, append(WAVE_SHADOWS), place);
+}
+
 void main() {
   if (beyond(WAVE_SHADING)) return;
   const uint lane = LOAD(WAVE.shading_queue, gl_GlobalInvocationID.x);
@@ -35,7 +45,9 @@ void main() {
   for (uint slot = 0u; slot < push.light_slots; ++slot) {
     ShadowRay ray;
     bool sent;
-    if (slot < lamp_slots) {
+    if (FEATURE(FEATURE_TOON)) {
+      sent = toon_light_ray(WAVE.scene, slot, s, ray);
+    } else if (slot < lamp_slots) {
       sent = sample_lamp(slot, lamp_slots, pick.x, block_seed, path, s, bsdf, wo, ray);
     } else {
       const vec2 u = vertex_random(path, block_seed, PAIR_EMITTER);
@@ -51,4 +63,5 @@ void main() {
     STORE(WAVE.shadow_rays, place, ray);
     if (shadow) STORE(WAVE.shadows_queue, append(WAVE_SHADOWS), place);
   }
+  if (FEATURE(FEATURE_OCCLUSION) && push.sky_slot != INVALID_ID) send_sky(lane, path, s, block_seed);
 }

@@ -43,6 +43,22 @@ void record(uint lane, Surface s, Material material, Bsdf bsdf) {
   STORE(WAVE.records, lane, r);
 }
 
+void record_terms(uint lane, Surface s, Bsdf bsdf, vec3 wo) {
+  WaveTerms terms;
+  lamp_terms(WAVE.scene, s.p, bsdf, wo, terms.d, terms.g, terms.f);
+  STORE(WAVE.terms, lane, terms);
+}
+
+// Ambient light: all of it, or as the contribution of the ray to the sky, which wave_light.comp completes.
+void ambient(uint lane, PathState path, uint material_id, Material material) {
+  const vec3 light = path.throughput * ambient_term(material, LOAD(WAVE.scene.classic, material_id), WAVE.ambient);
+  if (flag(WAVE_AMBIENT_OCCLUDED)) {
+    WAVE.shadow_rays.v[push.sky_slot * WAVE.lanes + lane].contribution = light;
+  } else {
+    add_light(lane, light, -1);
+  }
+}
+
 // Does the lane stand at a surface that may be lit? What the ray met there and on its way is added.
 bool shade(uint lane) {
   const CameraRay ray = LOAD(WAVE.rays, lane);
@@ -73,17 +89,22 @@ bool shade(uint lane) {
     material_fetch(WAVE.scene, s, material);
     s.n = material_normal(WAVE.scene, s);
   }
+  // Neither Toon nor a picture of the sky asks what the surface does with light.
+  const bool lit = !FEATURE(FEATURE_TOON) && !(FEATURE(FEATURE_OCCLUSION) && flag(WAVE_OCCLUSION_PICTURE));
   Bsdf bsdf;
-  bsdf_prepare(WAVE.scene, material, s.n, s.ng, -ray.direction, bsdf);
-  if (FEATURE(FEATURE_TEXTURES)) bsdf.n_smooth = smooth_normal;
-  if (FEATURE(FEATURE_WHITTED)) whitted_prepare(material, LOAD(WAVE.scene.classic, s.material), bsdf);
-  if (FEATURE(FEATURE_DATA_PASSES) && path.bounce == 0u) record(lane, s, material, bsdf);
-  STORE(WAVE.surfaces, lane, s);
-  STORE(WAVE.bsdfs, lane, bsdf);
-  if (FEATURE(FEATURE_OCCLUSION)) {
-    const ClassicMaterial classic = LOAD(WAVE.scene.classic, s.material);
-    add_light(lane, path.throughput * ambient_term(material, classic, WAVE.ambient), -1);
+  if (lit || FEATURE(FEATURE_DATA_PASSES | FEATURE_TERMS)) {
+    bsdf_prepare(WAVE.scene, material, s.n, s.ng, -ray.direction, bsdf);
+    if (FEATURE(FEATURE_TEXTURES)) bsdf.n_smooth = smooth_normal;
+    if (FEATURE(FEATURE_WHITTED)) whitted_prepare(material, LOAD(WAVE.scene.classic, s.material), bsdf);
   }
+  if (FEATURE(FEATURE_DATA_PASSES) && path.bounce == 0u) record(lane, s, material, bsdf);
+  if (FEATURE(FEATURE_TERMS) && flag(WAVE_TERMS_PASS) && path.bounce == 0u) {
+    record_terms(lane, s, bsdf, -ray.direction);
+  }
+  if (FEATURE(FEATURE_OCCLUSION) && flag(WAVE_AMBIENT)) ambient(lane, path, s.material, material);
+  if (FEATURE(FEATURE_TOON)) STORE(WAVE.base_colors, lane, material.base_color);
+  STORE(WAVE.surfaces, lane, s);
+  if (lit) STORE(WAVE.bsdfs, lane, bsdf);
   if (FEATURE(FEATURE_WHITTED)) push_children(lane, path, s, material, bsdf, -ray.direction);
   return true;
 }

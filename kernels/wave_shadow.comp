@@ -31,7 +31,8 @@ void main() {
   if (beyond(WAVE_SHADOWS)) return;
   const uint place = LOAD(WAVE.shadows_queue, gl_GlobalInvocationID.x);
   ShadowRay ray = LOAD(WAVE.shadow_rays, place);
-  const bool sees_through = FEATURE(FEATURE_WHITTED) && flag(WAVE_TRANSPARENT_SHADOWS);
+  const bool to_light = place / WAVE.lanes != push.sky_slot;  // glass hides the sky
+  const bool sees_through = FEATURE(FEATURE_WHITTED) && flag(WAVE_TRANSPARENT_SHADOWS) && to_light;
   const uint limit = WAVE.transparent_bounces;
   uint crossed = 0u;
   uint panes = 0u;

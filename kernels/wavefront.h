@@ -8,7 +8,10 @@
 #include "camera.h"
 #include "film.h"
 #include "integrator.h"
+#include "lamp_terms.h"
 #include "occlusion.h"
+#include "outline.h"
+#include "toon.h"
 
 #ifdef __cplusplus
 namespace cotorra {
@@ -34,6 +37,11 @@ const uint WAVE_CAMERA_MEETS_LIGHTS = 2u;
 const uint WAVE_LAST_RAYS_FIND_LIGHT = 4u;
 const uint WAVE_ALL_LIGHTS = 8u;            // every lamp is sampled at each vertex
 const uint WAVE_TRANSPARENT_SHADOWS = 16u;  // Whitted: shadow rays see through glass
+const uint WAVE_OCCLUSION_PICTURE = 32u;    // what is seen of the sky is the picture
+const uint WAVE_OCCLUSION_PASS = 64u;
+const uint WAVE_AMBIENT = 128u;             // surfaces return ambient light
+const uint WAVE_AMBIENT_OCCLUDED = 256u;    // as much as they see of the sky
+const uint WAVE_TERMS_PASS = 512u;
 
 // Transparent surfaces that a ray may cross: from here on, any number.
 const uint WAVE_UNLIMITED = 256u;
@@ -73,7 +81,7 @@ struct WaveRecord {
   vec3 emission;
   float unshadowed;  // that would have arrived
   vec3 environment;
-  float unused;
+  float occlusion;  // sky that is free
   vec2 uv;
 };
 
@@ -90,6 +98,13 @@ struct WavePending {
   uint medium;
   vec3 direction;
   uint unused;
+};
+
+// The terms of the first surface's highlight; of a pixel: sums over its samples.
+struct WaveTerms {
+  float d;
+  float g;
+  vec3 f;
 };
 
 // A geometry of the hardware's acceleration structure. It is found at the custom index of the hardware's instance + the
@@ -113,6 +128,9 @@ BUFFER_RW(WaveSample, WaveSampleRwBuffer)
 BUFFER_RW(WaveRecord, WaveRecordRwBuffer)
 BUFFER_RW(WaveTree, WaveTreeRwBuffer)
 BUFFER_RW(WavePending, WavePendingRwBuffer)
+BUFFER_RW(WaveTerms, WaveTermsRwBuffer)
+BUFFER_RW(OutlinePoint, OutlinePointRwBuffer)
+BUFFER_RW(OutlineSums, OutlineSumsRwBuffer)
 BUFFER_RW(FilmPixel, FilmPixelRwBuffer)
 
 struct AccelerationData {
@@ -130,8 +148,8 @@ struct WaveData {
   UintRwBuffer rays_queue;
   UintRwBuffer shading_queue;
   UintRwBuffer shadows_queue;
-  // By lane; shadow_rays by light slot x lanes + lane, groups by lane x light_groups + group, pending by place on the
-  // stack x lanes + lane.
+  // By lane; shadow_rays by light slot x lanes + lane, groups by lane x light_groups + group, lamps likewise, pending
+  // by place on the stack x lanes + lane.
   CameraRayRwBuffer rays;
   PathStateRwBuffer paths;
   HitRwBuffer hits;
@@ -143,12 +161,21 @@ struct WaveData {
   Vec3RwBuffer groups;
   WaveTreeRwBuffer trees;
   WavePendingRwBuffer pending;
+  Vec3RwBuffer lamps;
+  WaveTermsRwBuffer terms;
+  Vec3RwBuffer base_colors;  // Toon
+  // Toon with outlines: what the camera ray met, while those around it are traced, and what these met.
+  HitRwBuffer outline_hits;
+  OutlinePointRwBuffer outline_points;
+  OutlineSumsRwBuffer outline_sums;
   // By pixel of the tiles that are being rendered.
   WavePixelBuffer pixels;
   FilmPixelRwBuffer film;
   Vec3RwBuffer film_odd;
   WaveRecordRwBuffer film_records;
   Vec3RwBuffer film_groups;
+  Vec3RwBuffer film_lamps;
+  WaveTermsRwBuffer film_terms;
   CameraData camera;
   IntegratorData integrator;
   uint lanes;  // there are
@@ -157,9 +184,16 @@ struct WaveData {
   uint light_groups;
   uint adaptive;  // film_odd is kept
   uint transparent_bounces;
+  uint lamp_passes;  // passes of single lamps
   uint whitted_depth;
   float whitted_threshold;
   vec3 ambient;
+  float occlusion_distance;
+  vec3 outline_color;
+  uint outlines;     // OUTLINE_*, 0: none are drawn
+  float outline_x;   // half of a line's width, pixels
+  float outline_y;
+  float rows;        // of the whole picture, pixels
 };
 BUFFER_REF(WaveData, WaveDataBuffer)
 
@@ -171,14 +205,16 @@ struct WavePush {
   uint first_sample;
   uint sample_count;
   uint bounce;
-  uint light_slots;  // shadow rays that a lane may send at this vertex
+  uint light_slots;  // shadow rays that a lane may send to lights at this vertex
+  uint sky_slot;     // place of the one that it sends to the sky, INVALID_ID: none
   uint queue;        // wave_prepare.comp: which is to be dispatched over
+  uint outline_ray;  // wave_outline.comp: which has been traced
   uint unused;
 };
 
 #ifdef __cplusplus
 static_assert(sizeof(WavePixel) == 16 && sizeof(WaveSample) == 24 && sizeof(WaveRecord) == 104 &&
-              sizeof(WaveTree) == 8 && sizeof(WavePending) == 80 && sizeof(WavePush) == 40 &&
+              sizeof(WaveTree) == 8 && sizeof(WavePending) == 80 && sizeof(WaveTerms) == 20 && sizeof(WavePush) == 48 &&
               sizeof(TracedGeometry) == 8);
 }  // namespace cotorra
 #endif

@@ -15,10 +15,10 @@ void clear_lamps(const PassSelection &passes, int lanes, Batch &b) {
 
 // Adds light to the pass of the lamp that it comes from, and returns the light group (LAMP_PASS_SHIFT).
 int add_lamp(const PassSelection &passes, uint slot, vec3 value, int group, Batch &b) {
-  const int lamp = (group >> LAMP_PASS_SHIFT) - 1;
+  const int lamp = light_pass(group);
   if (lamp >= 0 && lamp < static_cast<int>(passes.lamps))
     b.lamps[slot * passes.lamps + static_cast<uint>(lamp)] += value;
-  return static_cast<std::int16_t>(group);
+  return light_group(group);
 }
 
 void stage_lamps(const PassSelection &passes, std::size_t slot, std::size_t pixel, Batch &b) {

@@ -29,19 +29,6 @@ void count_lamps(const Tracer &t, int lanes) {
   queue.flush();
 }
 
-OutlinePoint outline_point(const RenderJob &job, const Hit &hit, vec3 direction) {
-  OutlinePoint point{};
-  point.instance = hit.instance;
-  if (hit.instance == INVALID_ID) return point;
-  Surface s;
-  surface_from_hit(*job.scene, hit, direction, s);
-  point.p = s.p;
-  point.n = s.n;
-  point.ng = s.ng;
-  point.height = outline_height(job.camera, job.classic.rows, s.p);
-  return point;
-}
-
 // The camera rays of all lanes, moved by x, y pixels.
 void start_moved(const Tracer &t, int lanes, float x, float y) {
   const Batch &b = t.batch;
@@ -60,17 +47,18 @@ void gather_outlines(const Tracer &t, int lanes) {
   const auto hit_point = [&t](const embree::RayHit<kWidth> *packets, std::size_t i) {
     const embree::RayHit<kWidth> &p = packets[i / kWidth];
     const std::size_t k = i % kWidth;
-    return outline_point(t.job, packet_hit(t.job, p, k), packet_direction(p, k));
+    const RenderJob &job = t.job;
+    OutlinePoint point;
+    outline_point(*job.scene, job.camera, job.classic.rows, packet_hit(job, p, k), packet_direction(p, k), point);
+    return point;
   };
   for (std::size_t i = 0; i < static_cast<std::size_t>(lanes); ++i) {
     c.middle[i] = hit_point(t.batch.packets.data(), i);
     outline_begin(c.sums[i]);
   }
-  for (uint ray = 0; ray < OUTLINE_RAYS; ++ray) {
-    const float x = static_cast<float>(ray % 3u) - 1.0f;
-    const float y = static_cast<float>(ray / 3u) - 1.0f;
-    if (x == 0.0f && y == 0.0f) continue;  // the middle has no weight
-    start_moved(t, lanes, x * t.job.classic.outline_x, y * t.job.classic.outline_y);
+  for (uint ray = outline_next(OUTLINE_MIDDLE); ray != OUTLINE_MIDDLE; ray = outline_next(ray)) {
+    const vec2 move = outline_move(ray);
+    start_moved(t, lanes, move.x * t.job.classic.outline_x, move.y * t.job.classic.outline_y);
     trace_packets(t, c.around.data(), lanes);
     t.counts.camera += static_cast<std::uint64_t>(lanes);
     for (std::size_t i = 0; i < static_cast<std::size_t>(lanes); ++i) {

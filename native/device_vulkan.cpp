@@ -10,11 +10,12 @@
 namespace cotorra {
 namespace {
 
-// What the stages have; the rest is the CPU's alone so far.
+// What the stages have: all there is today. A feature that comes to the CPU first is refused, not left out.
 constexpr std::uint32_t kFeatures = FEATURE_BOUNCES | FEATURE_SOFT_LIGHTS | FEATURE_VISIBLE_LIGHTS |
                                     FEATURE_EMISSIVE_MESHES | FEATURE_WORLD | FEATURE_SPECULAR | FEATURE_BSDF_RAYS |
                                     FEATURE_DATA_PASSES | FEATURE_LIGHT_GROUPS | FEATURE_LIGHT_SHAPES | FEATURE_MODELS |
-                                    FEATURE_TRANSPARENCY | FEATURE_TEXTURES | FEATURE_WHITTED;
+                                    FEATURE_TRANSPARENCY | FEATURE_TEXTURES | FEATURE_TERMS | FEATURE_OCCLUSION |
+                                    FEATURE_WHITTED | FEATURE_TOON;
 constexpr std::size_t kLargestTile = 32 * 32;  // pixels; a session's tiles may be smaller
 
 // The device that was asked for, index -1: the first that can. Throws DeviceError with the reasons of those that
@@ -36,14 +37,6 @@ vulkan::Physical choose(const vulkan::Instance &instance, const DeviceChoice &ch
                     " cannot be used" + problems);
 }
 
-// What this job needs and the stages lack.
-std::uint32_t missing_features(const RenderJob &job) {
-  // Ambient light is a term of each surface; rays that ask whether the sky is hidden are not there yet.
-  const bool sky_rays =
-      job.passes.occlusion || job.classic.occluded || job.classic.integrator == Integrator::kOcclusion;
-  return job.features & ~(kFeatures | (sky_rays ? 0u : FEATURE_OCCLUSION));
-}
-
 // A processor has no hardware to ask: with lavapipe's ray queries a picture took 3 to 8 times the processor time that
 // it took with the BVH of our own.
 bool uses_ray_query(const vulkan::Physical &physical, const DeviceChoice &choice) {
@@ -56,7 +49,7 @@ class VulkanDevice final : public Device {
   VulkanDevice(std::shared_ptr<const Scene> scene, const RenderJob &job, const DeviceChoice &choice)
       : scene_(std::move(scene)), choice_(choice) {
     std::string missing;
-    for (const std::string &name : feature_names(missing_features(job))) {
+    for (const std::string &name : feature_names(job.features & ~kFeatures)) {
       missing += (missing.empty() ? "" : ", ") + name;
     }
     if (!missing.empty()) throw DeviceError("graphics cards cannot render this yet: " + missing);

@@ -68,7 +68,9 @@ std::uint32_t features_of(Integrator integrator, const SettingsInput &s, const S
     case Integrator::kOcclusion:
       return (all & seen) | FEATURE_OCCLUSION;
     case Integrator::kToon:
-      return (all & (seen | FEATURE_EMISSIVE_MESHES | FEATURE_VISIBLE_LIGHTS | FEATURE_LIGHT_SHAPES)) | FEATURE_TOON;
+      return (all &
+              (seen | FEATURE_EMISSIVE_MESHES | FEATURE_SOFT_LIGHTS | FEATURE_VISIBLE_LIGHTS | FEATURE_LIGHT_SHAPES)) |
+             FEATURE_TOON;
   }
   return all;
 }
@@ -96,8 +98,8 @@ void apply_integrator(const SettingsInput &s, const CameraInput &camera, const S
   const bool path = c.integrator == Integrator::kPath;
   job.limits = {path ? s.max_bounces : 0u, path ? s.diffuse_bounces : 0u, path ? s.glossy_bounces : 0u, 2u};
   if (whitted) job.limits = {c.depth, c.depth, c.depth, 2u};
-  // Whitted's surfaces are lit by lamps and ambient light; emitting ones are only seen.
-  if (whitted) data.emitter_count = 0;
+  // In the classic ones, surfaces are lit by lamps and ambient light; emitting ones are only seen.
+  if (!path && c.integrator != Integrator::kDirect) data.emitter_count = 0;
   job.features = features_of(c.integrator, s, scene, c);
 }
 

@@ -148,12 +148,15 @@ Session::Session(std::shared_ptr<const Scene> scene, const CameraInput &camera, 
   if (passes_.occlusion) job_.features |= FEATURE_OCCLUSION;
   if (passes_.light_groups > 0) job_.features |= FEATURE_LIGHT_GROUPS;
   if (passes_.terms || passes_.lamps > 0) job_.features |= FEATURE_TERMS;
+  // What a surface is, passes show even where the integrator does not ask.
+  if (passes_.terms || passes_.surface) job_.features |= scene_->features() & (FEATURE_SPECULAR | FEATURE_MODELS);
+  if (passes_.emission) job_.features |= scene_->features() & FEATURE_EMISSIVE_MESHES;
   job_.seed = settings.seed;
   job_.sample_bits = std::min(static_cast<std::uint32_t>(std::bit_width(samples - 1u)), SAMPLE_BITS_MAX);
   job_.lights_at_once = kLightsAtOnce;
   job_.transparent = settings.transparent;
   job_.transparent_bounces = settings.transparent_bounces;
-  job_.camera_meets_lights = scene_->camera_meets_lights();
+  job_.camera_meets_lights = scene_->camera_meets_lights() && (job_.features & FEATURE_VISIBLE_LIGHTS) != 0;
   job_.last_rays_find_light = (job_.features & (FEATURE_WORLD | FEATURE_EMISSIVE_MESHES)) != 0;
   job_.measure_tracing = settings.measure_tracing;
   job_.cancel = &cancel_;

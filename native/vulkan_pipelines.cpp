@@ -17,14 +17,15 @@ namespace {
 #include "vulkan_spirv.inc"  // wave_begin ...: arrays of words, made by CMakeLists.txt
 
 using Stages = std::array<std::span<const std::uint32_t>, static_cast<std::size_t>(Stage::kCount)>;
-constexpr Stages kSoftwareStages = {wave_begin, wave_prepare, wave_trace,  wave_shade,
+constexpr Stages kSoftwareStages = {wave_begin, wave_prepare, wave_trace,  wave_outline, wave_shade,
                                     wave_light, wave_shadow,  wave_bounce, wave_film};
-constexpr Stages kQueryStages = {wave_begin, wave_prepare,      wave_trace_query, wave_shade,
+constexpr Stages kQueryStages = {wave_begin, wave_prepare,      wave_trace_query, wave_outline, wave_shade,
                                  wave_light, wave_shadow_query, wave_bounce,      wave_film};
 
 const Stages &stages_of(const LogicalDevice &device) { return device.ray_query() ? kQueryStages : kSoftwareStages; }
 
-constexpr const char *kStageNames[] = {"begin", "prepare", "trace", "shade", "light", "shadow", "bounce", "film"};
+constexpr const char *kStageNames[] = {"begin", "prepare", "trace",  "outline", "shade",
+                                       "light", "shadow",  "bounce", "film"};
 static_assert(std::size(kStageNames) == kQueryStages.size());
 
 double value_of(const VkPipelineExecutableStatisticKHR &s) {

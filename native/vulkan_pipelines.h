@@ -12,7 +12,7 @@
 namespace cotorra::vulkan {
 
 // The order is that of the arrays in vulkan_pipelines.cpp.
-enum class Stage : std::size_t { kBegin, kPrepare, kTrace, kShade, kLight, kShadow, kBounce, kFilm, kCount };
+enum class Stage : std::size_t { kBegin, kPrepare, kTrace, kOutline, kShade, kLight, kShadow, kBounce, kFilm, kCount };
 
 class Pipelines {
  public:

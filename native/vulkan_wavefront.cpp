@@ -56,8 +56,8 @@ class WavefrontOnCard final : public Wavefront {
       return seconds_since(begin);
     });
     upload(choice.threads);
-    allocate_lanes();
     describe_job();
+    allocate_lanes();
     const double seconds = compiled.get();
     const std::lock_guard lock(figures_.mutex);
     figures_.figures.compile_seconds = seconds;
@@ -77,12 +77,14 @@ class WavefrontOnCard final : public Wavefront {
   std::uint64_t lane_bytes() const;
   void allocate_lanes();
   void describe_job();
+  void describe_classic();
   void place_pixels(std::span<FilmTile> tiles);
   void reserve_film();
   void clear_film();
   bool run_batch(const Batch &batch, RayCounts &counts);
   void begin_batch(VkCommandBuffer commands, const Batch &batch, const WavePush &push);
   void record_bounce(VkCommandBuffer commands, WavePush push);
+  void record_outlines(VkCommandBuffer commands, WavePush push);
   void read_film(std::span<FilmTile> tiles, std::uint32_t count);
   void take_pixel(FilmTile &staged, std::size_t pixel, std::size_t i) const;
   std::uint32_t vertices_at_once(const Batch &batch, std::uint32_t alive) const;
@@ -100,11 +102,20 @@ class WavefrontOnCard final : public Wavefront {
 
   bool has(std::uint32_t feature) const { return (job_.features & feature) != 0; }
   bool all_lights() const { return wave_.scene.light_count <= job_.lights_at_once; }
-  // Shadow rays that a lane may send at its vertex number `bounce`.
+  // Shadow rays that a lane may send to lights at its vertex number `bounce`.
   std::uint32_t light_slots(std::uint32_t bounce) const {
+    if (job_.classic.integrator == Integrator::kOcclusion) return 0;
+    if (job_.classic.integrator == Integrator::kToon) return wave_.scene.light_count;
     const std::uint32_t picks = bounce == 0 ? job_.lights_at_once : 1;
     const bool emitters = has(FEATURE_EMISSIVE_MESHES) && wave_.scene.emitter_count > 0;
     return (all_lights() ? wave_.scene.light_count : picks) + (emitters ? 1 : 0);
+  }
+  std::uint32_t shadow_slots() const { return light_slots(0) + (sky_slot(0) != INVALID_ID ? 1 : 0); }
+  // The place of the one to the sky.
+  std::uint32_t sky_slot(std::uint32_t bounce) const {
+    const uint always = WAVE_OCCLUSION_PICTURE | WAVE_AMBIENT_OCCLUDED;
+    const bool sent = (wave_.flags & (bounce == 0 ? always | WAVE_OCCLUSION_PASS : always)) != 0;
+    return sent ? light_slots(bounce) : INVALID_ID;
   }
   // Vertices of the longest path, the one included that only brings light home; of Whitted's trees, one after the
   // other.
@@ -173,17 +184,20 @@ void WavefrontOnCard::upload_bvh(const WideBvh &bvh, Uploader &uploader) {
 std::uint64_t WavefrontOnCard::lane_bytes() const {
   std::uint64_t bytes = sizeof(CameraRay) + sizeof(PathState) + sizeof(Hit) + sizeof(Surface) + sizeof(Bsdf) +
                         sizeof(WaveSample) + 2 * sizeof(uint);
-  bytes += light_slots(0) * (sizeof(ShadowRay) + sizeof(uint));
+  bytes += shadow_slots() * (sizeof(ShadowRay) + sizeof(uint));
   if (has(FEATURE_DATA_PASSES)) bytes += sizeof(WaveRecord);
   if (has(FEATURE_WHITTED)) bytes += sizeof(WaveTree) + (job_.classic.depth + 1) * sizeof(WavePending);
-  return bytes + job_.passes.light_groups * sizeof(vec3);
+  if (job_.passes.terms) bytes += sizeof(WaveTerms);
+  if (has(FEATURE_TOON)) bytes += sizeof(vec3);
+  if (wave_.outlines != 0) bytes += sizeof(Hit) + sizeof(OutlinePoint) + sizeof(OutlineSums);
+  return bytes + (job_.passes.light_groups + job_.passes.lamps) * sizeof(vec3);
 }
 
 void WavefrontOnCard::allocate_lanes() {
   const std::uint64_t fit = device_.memory_limit() / kPathMemory / lane_bytes();
   const std::uint64_t most = is_cpu(device_.physical()) ? kMostLanesOfCpu : kMostLanes;
   const std::uint64_t n = std::clamp<std::uint64_t>(fit, kFewestLanes, most);
-  const std::uint64_t shadows = n * light_slots(0);
+  const std::uint64_t shadows = n * shadow_slots();
   constexpr const char *purpose = "paths";
   Buffers &b = lane_buffers_;
   wave_.rays_queue.v = add<uint>(b, n, purpose);
@@ -202,31 +216,56 @@ void WavefrontOnCard::allocate_lanes() {
     wave_.trees.v = add<WaveTree>(b, n, purpose);
     wave_.pending.v = add<WavePending>(b, n * (job_.classic.depth + 1), purpose);
   }
+  if (job_.passes.lamps > 0) wave_.lamps.v = add<vec3>(b, n * job_.passes.lamps, purpose);
+  if (job_.passes.terms) wave_.terms.v = add<WaveTerms>(b, n, purpose);
+  if (has(FEATURE_TOON)) wave_.base_colors.v = add<vec3>(b, n, purpose);
+  if (wave_.outlines != 0) {
+    wave_.outline_hits.v = add<Hit>(b, n, purpose);
+    wave_.outline_points.v = add<OutlinePoint>(b, n, purpose);
+    wave_.outline_sums.v = add<OutlineSums>(b, n, purpose);
+  }
   counters_ = std::make_unique<Buffer>(device_, WAVE_COUNTERS * sizeof(uint), purpose);
+  wave_.counters.v = reinterpret_cast<uint *>(counters_->address());
   counters_host_ = std::make_unique<Buffer>(device_, WAVE_COUNTERS * sizeof(uint), purpose, true);
   data_ = std::make_unique<Buffer>(device_, sizeof(WaveData), purpose);
-  lanes_ = static_cast<std::uint32_t>(n);
+  wave_.lanes = lanes_ = static_cast<std::uint32_t>(n);
   lanes_at_once_ = std::min(lanes_at_once_, lanes_);
 }
 
 void WavefrontOnCard::describe_job() {
-  wave_.counters.v = reinterpret_cast<uint *>(counters_->address());
   wave_.camera = job_.camera;
   wave_.integrator = {job_.limits.max_bounces, job_.limits.diffuse_bounces, job_.limits.glossy_bounces,
                       job_.limits.roulette_start};
-  wave_.lanes = lanes_;
   wave_.sample_bits = job_.sample_bits;
   wave_.light_groups = job_.passes.light_groups;
   wave_.adaptive = job_.passes.error ? 1u : 0u;
   wave_.transparent_bounces = job_.transparent_bounces;
-  wave_.whitted_depth = job_.classic.depth;
-  wave_.whitted_threshold = job_.classic.threshold;
-  wave_.ambient = job_.classic.ambient;
   if (job_.transparent) wave_.flags |= WAVE_TRANSPARENT;
   if (job_.camera_meets_lights) wave_.flags |= WAVE_CAMERA_MEETS_LIGHTS;
   if (job_.last_rays_find_light) wave_.flags |= WAVE_LAST_RAYS_FIND_LIGHT;
   if (all_lights()) wave_.flags |= WAVE_ALL_LIGHTS;
-  if (job_.classic.transparent_shadows) wave_.flags |= WAVE_TRANSPARENT_SHADOWS;
+  if (job_.passes.terms) wave_.flags |= WAVE_TERMS_PASS;
+  wave_.lamp_passes = job_.passes.lamps;
+  describe_classic();
+}
+
+void WavefrontOnCard::describe_classic() {
+  const ClassicJob &c = job_.classic;
+  wave_.whitted_depth = c.depth;
+  wave_.whitted_threshold = c.threshold;
+  if (c.transparent_shadows) wave_.flags |= WAVE_TRANSPARENT_SHADOWS;
+  if (c.integrator == Integrator::kOcclusion) wave_.flags |= WAVE_OCCLUSION_PICTURE;
+  if (job_.passes.occlusion) wave_.flags |= WAVE_OCCLUSION_PASS;
+  if (max(max(c.ambient.x, c.ambient.y), c.ambient.z) > 0.0f) {
+    wave_.flags |= WAVE_AMBIENT | (c.occluded ? WAVE_AMBIENT_OCCLUDED : 0u);
+  }
+  wave_.ambient = c.ambient;
+  wave_.occlusion_distance = c.occlusion_distance;
+  wave_.outlines = c.outlines;
+  wave_.outline_color = c.outline_color;
+  wave_.outline_x = c.outline_x;
+  wave_.outline_y = c.outline_y;
+  wave_.rows = c.rows;
 }
 
 // ---- Each pass over some tiles
@@ -287,6 +326,14 @@ void WavefrontOnCard::reserve_film() {
     wave_.film_groups.v = add<vec3>(film_buffers_, groups, purpose);
     bytes += groups * sizeof(vec3);
   }
+  if (job_.passes.lamps > 0) {
+    wave_.film_lamps.v = add<vec3>(film_buffers_, n * job_.passes.lamps, purpose);
+    bytes += n * job_.passes.lamps * sizeof(vec3);
+  }
+  if (job_.passes.terms) {
+    wave_.film_terms.v = add<WaveTerms>(film_buffers_, n, purpose);
+    bytes += n * sizeof(WaveTerms);
+  }
   film_host_ = std::make_unique<Buffer>(device_, bytes, purpose, true);
   film_pixels_ = n;
 }
@@ -329,6 +376,7 @@ bool WavefrontOnCard::run_batch(const Batch &batch, RayCounts &counts) {
       for (; bounce < end; ++bounce) {
         push.bounce = bounce;
         push.light_slots = light_slots(bounce);
+        push.sky_slot = sky_slot(bounce);
         record_bounce(commands, push);
       }
       finish(commands, end == all);
@@ -344,7 +392,7 @@ bool WavefrontOnCard::run_batch(const Batch &batch, RayCounts &counts) {
   }
   const uint *counted = reinterpret_cast<const uint *>(counters_host_->data());
   counts.samples += batch.lanes();
-  counts.camera += batch.lanes();
+  counts.camera += std::uint64_t{batch.lanes()} * (wave_.outlines != 0 ? OUTLINE_RAYS : 1);
   counts.bounce += counted[WAVE_BOUNCE_RAYS];
   counts.shadow += counted[WAVE_SHADOW_RAYS];
   counts.rejected += counted[WAVE_REJECTED];
@@ -366,10 +414,14 @@ void WavefrontOnCard::record_bounce(VkCommandBuffer commands, WavePush push) {
     dispatch(commands, Stage::kPrepare, push, 1);
   };
   prepare(WAVE_RAYS);
-  dispatch_queue(commands, Stage::kTrace, push);
+  if (wave_.outlines != 0 && push.bounce == 0) {
+    record_outlines(commands, push);
+  } else {
+    dispatch_queue(commands, Stage::kTrace, push);
+  }
   dispatch_queue(commands, Stage::kShade, push);
   prepare(WAVE_SHADING);
-  if (push.light_slots > 0) {
+  if (push.light_slots > 0 || push.sky_slot != INVALID_ID) {
     dispatch_queue(commands, Stage::kLight, push);
     prepare(WAVE_SHADOWS);
     dispatch_queue(commands, Stage::kShadow, push);
@@ -378,6 +430,16 @@ void WavefrontOnCard::record_bounce(VkCommandBuffer commands, WavePush push) {
   }
   push.queue = WAVE_SHADING;
   dispatch_queue(commands, Stage::kBounce, push);
+}
+
+// The camera rays and those around them.
+void WavefrontOnCard::record_outlines(VkCommandBuffer commands, WavePush push) {
+  push.outline_ray = OUTLINE_MIDDLE;
+  do {
+    dispatch_queue(commands, Stage::kTrace, push);
+    dispatch_queue(commands, Stage::kOutline, push);
+    push.outline_ray = outline_next(push.outline_ray);
+  } while (push.outline_ray != OUTLINE_MIDDLE);
 }
 
 // More of them in one submission where few of the batch's lanes still have a ray.
@@ -445,9 +507,16 @@ void WavefrontOnCard::take_pixel(FilmTile &staged, std::size_t pixel, std::size_
     if (!staged.emission.empty()) staged.emission[i] = r.emission;
     if (!staged.environment.empty()) staged.environment[i] = r.environment;
     if (!staged.shadow.empty()) staged.shadow[i] = {r.lit, r.unshadowed};
+    if (!staged.occlusion.empty()) staged.occlusion[i] = r.occlusion;
   }
   const std::size_t groups = job_.passes.light_groups;
   if (groups > 0) std::copy_n(next(groups, static_cast<vec3 *>(nullptr)), groups, staged.groups.begin() + i * groups);
+  const std::size_t lamps = job_.passes.lamps;
+  if (lamps > 0) std::copy_n(next(lamps, static_cast<vec3 *>(nullptr)), lamps, staged.lamps.begin() + i * lamps);
+  if (job_.passes.terms) {
+    const WaveTerms &terms = *next(1, static_cast<WaveTerms *>(nullptr));
+    staged.terms[i] = {terms.d, terms.g, terms.f};
+  }
 }
 
 // ---- Commands

@@ -14,10 +14,13 @@ import sys
 from typing import Any
 
 FAMILIES = ('navi21', 'navi31', 'gfx1201')  # RDNA 2, 3 and 4
+# A minus leaves out of all there is. Whitted and Toon have their own way through some stages, in the place of paths'.
 SETS = {
     'direct': ('soft lights', 'specular lobe'),
     'path': ('bounces', 'soft lights', 'visible lights', 'specular lobe', 'world', 'light found by bounces'),
-    'everything': None,  # the largest that there is; no scene uses it all
+    'everything': ('-Whitted', '-toon'),  # no scene uses it all
+    'whitted': ('-toon',),
+    'toon': ('-Whitted', '-bounces', '-light found by bounces'),
 }
 TRACINGS = ('SOFTWARE', 'HARDWARE')  # builds of the stages that trace; the others are the same
 COLUMNS = {'VGPRs': 'VGPRs', 'SGPRs': 'SGPRs', 'spilled': 'Spilled VGPRs', 'waves': 'Subgroups per SIMD'}
@@ -26,19 +29,22 @@ COLUMNS |= {'instructions': 'Instructions', 'bytes': 'Code size', 'scratch': 'Sc
 COMPILE = """
 import json, sys
 import cotorra_native
-names = sys.argv[2:] or max((names for _, names in cotorra_native.kernels()), key=len)
-print(json.dumps(cotorra_native.compile_kernels(list(names), ray_tracing=sys.argv[1])))
+names = [name for name in sys.argv[2:] if not name.startswith('-')]
+if not names:
+    everything = max((names for _, names in cotorra_native.kernels()), key=len)
+    names = [name for name in everything if '-' + name not in sys.argv]
+print(json.dumps(cotorra_native.compile_kernels(names, ray_tracing=sys.argv[1])))
 """
 
 
-def compile_for(family: str, features: tuple[str, ...] | None, tracing: str = 'HARDWARE') -> list[dict[str, Any]]:
+def compile_for(family: str, features: tuple[str, ...], tracing: str = 'HARDWARE') -> list[dict[str, Any]]:
     """Each stage as cotorra_native.compile_kernels tells of it. Raises RuntimeError with the compiler's words."""
     driver = os.environ.get('COTORRA_RADV')
     if driver is None:
         raise RuntimeError('no RADV is at hand (scripts/mesa fetches it)')
     environment = os.environ | {'VK_DRIVER_FILES': driver, 'RADV_FORCE_FAMILY': family}
     environment['MESA_SHADER_CACHE_DISABLE'] = 'true'  # the seconds are those of a first start
-    command = [sys.executable, '-c', COMPILE, tracing, *(features or ())]
+    command = [sys.executable, '-c', COMPILE, tracing, *features]
     done = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=300)
     if done.returncode != 0:
         raise RuntimeError(f'{family}: {done.stderr.strip() or f"the compiler ended with {done.returncode}"}')

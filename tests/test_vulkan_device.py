@@ -45,13 +45,12 @@ def tracing(request: pytest.FixtureRequest, module: ModuleType) -> str:
 
 
 # Demo, integrator, share of pixels that may hold a flipped sample (box_room has a cube in the plane of its floor, and
-# each bounce makes rounding grow), how far the mean may be off, and the rounding of the rest (a texel's contrast
-# enlarges that of the place where a ray hits: measured 1.5e-4).
+# each bounce makes rounding grow), how far the mean may be off, and the rounding of the rest.
 DEMOS = [
     ('three_lights', 'DIRECT', 0.005, 0.0005, ROUNDING),
     ('box_room', 'PATH', 0.10, 0.002, ROUNDING),
     ('material_grid', 'PATH', 0.02, 0.0005, ROUNDING),
-    ('model_pair', 'DIRECT', 0.10, 0.001, 3.0 * ROUNDING),
+    ('model_pair', 'DIRECT', 0.01, 0.0005, ROUNDING),
 ]
 
 
