@@ -111,6 +111,13 @@ def test_passes_lamps_and_transparency(module: ModuleType, lamps: int) -> None:
     assert {'transparency', 'light groups', 'data passes', 'emissive meshes'} <= set(stats['features'])
 
 
+def test_occlusion_terms_and_single_lamps(module: ModuleType) -> None:
+    passes = ('combined', 'ao', 'light:0', 'light:1', 'term_d', 'term_f')
+    settings = {'use_ambient_occlusion': True, 'ao_distance': 1.0, 'use_transparent_shadows': True}
+    _, stats = both(table(module, passes=passes, **settings), FLIPS)
+    assert {'ambient occlusion', 'terms'} <= set(stats['features'])
+
+
 def test_textures_and_models(module: ModuleType) -> None:
     """A texel's contrast enlarges rounding, and so does each reflection by a bent normal: one is enough."""
     scene = demos.build('model_pair')
