@@ -6,14 +6,36 @@ What the kernels compute is tested in test_vulkan_device.py.
 
 from __future__ import annotations
 
+import re
 import sys
 from pathlib import Path
 
 import pytest
 from cotorra import native
 
+import kernel_source as kernels
+from native_build import BUILD
+
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent / 'scripts'))
 import registers
+
+STAGES = sorted(path.stem for path in kernels.KERNELS.glob('wave_*.comp'))
+
+
+@pytest.mark.parametrize('query', [False, True], ids=['software', 'ray query'])
+@pytest.mark.parametrize('stage', STAGES)
+def test_stages_trace_at_one_place_or_none(stage: str, query: bool) -> None:
+    """Drivers inline all calls: each more would be another traversal to compile and to keep in registers."""
+    target = BUILD / 'spirv' / f'{stage}{"-query" * query}.spv'
+    target.parent.mkdir(parents=True, exist_ok=True)
+    options = ('-V', '--target-env', 'vulkan1.2', *(['-DRAY_QUERY'] * query), f'-I{kernels.KERNELS}')
+    kernels.run_tool('glslang', *options, '-o', str(target), str(kernels.KERNELS / f'{stage}.comp'))
+    kernels.run_tool('spirv-val', '--target-env', 'vulkan1.2', '--scalar-block-layout', str(target))
+    listing = kernels.run_tool('spirv-dis', '--raw-id', str(target))
+    tracing = re.findall(r'OpName (%\d+) "trace\(', listing)
+    calls = sum(len(re.findall(rf'OpFunctionCall %\d+ {name}\b', listing)) for name in tracing)
+    assert calls == (1 if stage in ('wave_trace', 'wave_shadow') else 0)
+    assert listing.count('OpRayQueryInitializeKHR') == (calls if query else 0)
 
 
 @pytest.fixture(scope='module')
