@@ -8,7 +8,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
-#include <limits>
 
 namespace cotorra::vulkan {
 namespace {
@@ -27,14 +26,30 @@ std::span<const uint> texels_of(const Texture &texture) {
 
 bool is_finite(vec3 p) { return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z); }
 
-// Triangles are left out of a hardware acceleration structure where the x of a vertex is NaN; of other numbers that are
-// none, it may make anything. The BVH of our own leaves them all out.
-std::vector<vec3> mark_unusable(std::span<const vec3> positions) {
-  std::vector<vec3> marked(positions.begin(), positions.end());
-  for (vec3 &p : marked) {
-    if (!is_finite(p)) p = vec3(std::numeric_limits<float>::quiet_NaN());
+// Triangles at vertices that are no numbers shrink to a point, where no ray meets them. The specification has another
+// way to leave them out, but lavapipe loses the rest of the mesh by it. The BVH of our own does not hold them.
+void shrink_unusable(std::vector<vec3> &positions, std::vector<uvec3> &triangles) {
+  for (uvec3 &t : triangles) {
+    if (!is_finite(positions[t.x]) || !is_finite(positions[t.y]) || !is_finite(positions[t.z])) t = uvec3(0u, 0u, 0u);
   }
-  return marked;
+  for (vec3 &p : positions) {
+    if (!is_finite(p)) p = vec3(0.0f);
+  }
+}
+
+// Vertices and triangles of a mesh.
+void upload_shape(std::span<const vec3> positions, std::span<const uvec3> triangles, Uploader &uploader, Mesh &mesh) {
+  std::vector<vec3> usable;
+  std::vector<uvec3> shrunk;
+  if (uploader.device().ray_query() && !std::all_of(positions.begin(), positions.end(), is_finite)) {
+    usable.assign(positions.begin(), positions.end());
+    shrunk.assign(triangles.begin(), triangles.end());
+    shrink_unusable(usable, shrunk);
+    positions = usable;
+    triangles = shrunk;
+  }
+  mesh.positions.v = uploader.put(positions, "vertices");
+  mesh.triangles.v = uploader.put(triangles, "triangles");
 }
 
 void upload_textures(const Scene &scene, Uploader &uploader, SceneData &data) {
@@ -103,11 +118,7 @@ std::vector<Mesh> upload_scene(const Scene &scene, std::uint32_t features, Uploa
   for (std::size_t k = 0; k < meshes.size(); ++k) {
     Mesh &mesh = meshes[k];
     const MeshLengths n = scene.mesh_lengths(k);
-    const std::span<const vec3> positions(mesh.positions.v, n.positions);
-    const bool mark = uploader.device().ray_query() && !std::all_of(positions.begin(), positions.end(), is_finite);
-    mesh.positions.v = mark ? uploader.put(std::span<const vec3>(mark_unusable(positions)), "vertices")
-                            : uploader.put(positions, "vertices");
-    mesh.triangles.v = uploader.put(std::span(mesh.triangles.v, n.triangles), "triangles");
+    upload_shape(std::span(mesh.positions.v, n.positions), std::span(mesh.triangles.v, n.triangles), uploader, mesh);
     mesh.corners.v = uploader.put(std::span(mesh.corners.v, n.corners), "corners");
     mesh.normals.v = uploader.put(std::span(mesh.normals.v, n.normals), "normals");
     mesh.uv.v = uploader.put(std::span(mesh.uv.v, n.uv), "texture coordinates");
