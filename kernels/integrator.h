@@ -164,6 +164,13 @@ FN bool light_shadow_ray(IN(SceneData) scene, IN(Light) light, IN(Surface) s, ui
   return true;
 }
 
+// The surface without what a normal map did to it: where shadow rays start is a question of its shape.
+FN Surface smooth_surface(IN(Surface) s, IN(Bsdf) bsdf) {
+  Surface bare = s;
+  if (FEATURE(FEATURE_TEXTURES)) bare.n = bsdf.n_smooth;
+  return bare;
+}
+
 // One sample of lamp `index`. Returns false where nothing can arrive.
 FN bool path_sample_light(IN(SceneData) scene, uint index, IN(PathState) path, IN(Surface) s, IN(Bsdf) bsdf, vec3 wo,
                           vec2 u, float scale, OUT(ShadowRay) ray) {
@@ -172,7 +179,8 @@ FN bool path_sample_light(IN(SceneData) scene, uint index, IN(PathState) path, I
   light_sample(light, s.p, s.n, u, l);
   if (FEATURE(FEATURE_LIGHT_SHAPES)) l.weight *= scene_light_shape(scene, index, light, s.p, l.wi);
   const vec3 contribution = light_contribution(light, l, bsdf, wo, path.throughput, scale);
-  return light_shadow_ray(scene, light, s, path.bounce, l.wi, l.distance, contribution, ray);
+  const Surface start = smooth_surface(s, bsdf);
+  return light_shadow_ray(scene, light, start, path.bounce, l.wi, l.distance, contribution, ray);
 }
 
 // A quick bound of what lamp `index` may contribute at the surface, to choose lamps by.
@@ -271,7 +279,7 @@ FN bool path_sample_emitter(IN(SceneData) scene, IN(PathState) path, IN(Surface)
   const bool dark = !emits_from(e.sides, cos_front);
   if (self || dark || cos_light < 1e-8f || !(max_component(ray.contribution) > 0.0f)) return false;
   // 3. Aim from the lifted start at the point itself, and stop short of it.
-  ray.origin = shadow_ray_origin(scene, s, wi);
+  ray.origin = shadow_ray_origin(scene, smooth_surface(s, bsdf), wi);
   ray.direction = safe_normalize(q - ray.origin, d);
   ray.t_max = d * 0.9999f;
   return true;

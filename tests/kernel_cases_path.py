@@ -185,11 +185,12 @@ STAGES = [
         'gain = light_contribution(light, l, bsdf, o, path.throughput, 2.0f);'
         'casts = select(light_shadow_ray(scene, light, s, path.bounce, l.wi, l.distance, gain, shadow), 1u, 0u);'
         'lit = select(path_sample_light(scene, lamp, path, s, bsdf, o, u, 2.0f, ray), 1u, 0u);'
-        'importance = light_importance(scene, lamp, s); pick = path_pick_light(scene, s, u.x, scale);',
+        'importance = light_importance(scene, lamp, s); pick = path_pick_light(scene, s, u.x, scale);'
+        'const Surface start = smooth_surface(s, bsdf); smooth_n = start.n;',
         {'material': MATERIAL, 's': SURFACE, 'wo': WO, 'wi': DIRECTION, 'mask': ('uint', integers(64)), 'lamp': LAMP}
         | {'path': PATH, 'u': SQUARE},
         {'seen': 'vec3', 'pdf': 'float', 'lit': 'uint', 'ray': 'ShadowRay', 'importance': 'float', 'pick': 'uint'}
-        | {'scale': 'float', 'gain': 'vec3', 'casts': 'uint', 'shadow': 'ShadowRay'},
+        | {'scale': 'float', 'gain': 'vec3', 'casts': 'uint', 'shadow': 'ShadowRay', 'smooth_n': 'vec3'},
         ROUNDING,
         dict.fromkeys(('ray.t_max', 'shadow.t_max'), SILHOUETTE),
         scene=True,

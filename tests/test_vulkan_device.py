@@ -50,7 +50,7 @@ DEMOS = [
     ('three_lights', 'DIRECT', 0.005, 0.0005, ROUNDING),
     ('box_room', 'PATH', 0.10, 0.002, ROUNDING),
     ('material_grid', 'PATH', 0.02, 0.0005, ROUNDING),
-    ('model_pair', 'DIRECT', 0.01, 0.0005, ROUNDING),
+    ('model_pair', 'DIRECT', 0.005, 0.0005, ROUNDING),
 ]
 
 
