@@ -65,14 +65,34 @@ int start_pending(const Tracer &t) {
   return static_cast<int>(lanes);
 }
 
+constexpr uint kMostCrossings = 1024;  // of surfaces with alpha below 1, where the user sets no limit
+
+// A shadow ray on its way through glass and surfaces that let light through.
+struct Passage {
+  vec3 light{1.0f, 1.0f, 1.0f};  // share that glass leaves
+  float kept = 1.0f;             // share that surfaces with alpha below 1 leave
+  float left = 0.0f;             // distance to the light
+  uint panes = 0, crossed = 0;
+};
+
 // Takes a shadow ray that met `hit` across it, straight on. Returns false where the surface stops it.
-bool cross_pane(const SceneData &scene, const Hit &hit, embree::RayHit<kWidth> &p, std::size_t k, vec3 &kept) {
+bool cross_surface(const RenderJob &job, const Hit &hit, embree::RayHit<kWidth> &p, std::size_t k, Passage &passage) {
+  const SceneData &scene = *job.scene;
   const vec3 direction = packet_direction(p, k);
   Surface s;
   surface_from_hit(scene, hit, direction, s);
-  const ClassicMaterial &classic = scene.classic.v[s.material];
-  if (!whitted_cross_pane(surface_material(scene, s), classic, s, direction, hit.t, kept)) return false;
-  start_ray(p, k, surface_ray_origin(s.p, s.ng, s.epsilon, direction), direction, 0.0f, p.ray.tfar[k], p.ray.mask[k]);
+  const float alpha = FEATURE(FEATURE_TRANSPARENCY) ? alpha_at(scene, texture_point(s)) : 1.0f;
+  if (alpha < 1.0f) {
+    passage.kept *= 1.0f - alpha;
+    const uint limit = job.transparent_bounces < kUnlimited ? job.transparent_bounces : kMostCrossings;
+    if (++passage.crossed > limit || !(passage.kept > 0.0f)) return false;
+  } else {
+    const ClassicMaterial &classic = scene.classic.v[s.material];
+    if (++passage.panes > WHITTED_PANES) return false;
+    if (!whitted_cross_pane(surface_material(scene, s), classic, s, direction, hit.t, passage.light)) return false;
+  }
+  passage.left -= hit.t;
+  start_ray(p, k, surface_ray_origin(s.p, s.ng, s.epsilon, direction), direction, 0.0f, passage.left, p.ray.mask[k]);
   return true;
 }
 
@@ -82,19 +102,21 @@ void see_through(const Tracer &t, const embree::Ray<kWidth> &asked, int count, e
                  vec3 *light) {
   embree::RayHit<kWidth> p{};
   alignas(64) int valid[kWidth];
-  vec3 kept[kWidth];
-  float left[kWidth];
+  std::array<Passage, kWidth> passages;
   bool any = false;
   p.ray = asked;
   for (std::size_t k = 0; k < kWidth; ++k) {
     valid[k] = static_cast<int>(k) < count && !(answered.tfar[k] >= 0.0f) ? -1 : 0;
-    kept[k] = vec3(1.0f);
-    left[k] = asked.tfar[k];
+    passages[k].left = asked.tfar[k];
     p.hit.geom_id[k] = p.hit.inst_id[k] = embree::kInvalidId;
     any |= valid[k] != 0;
   }
-  for (int pane = 0; pane <= static_cast<int>(WHITTED_PANES) && any; ++pane) {
-    intersect(*t.job.rtc, valid, t.job.bvh, &p, &t.arguments);
+  // Every surface is met here: the filter of the first query knows nothing of glass.
+  embree::QueryArguments arguments = t.arguments;
+  arguments.context = nullptr;
+  arguments.filter = nullptr;
+  while (any) {
+    intersect(*t.job.rtc, valid, t.job.bvh, &p, &arguments);
     any = false;
     for (std::size_t k = 0; k < kWidth; ++k) {
       if (valid[k] == 0) continue;
@@ -102,12 +124,11 @@ void see_through(const Tracer &t, const embree::Ray<kWidth> &asked, int count, e
       valid[k] = 0;
       if (hit.instance == INVALID_ID) {
         answered.tfar[k] = 0.0f;
-        light[k] *= kept[k];
-        // What the first query noted ends at the glass, which is opaque to it.
-        if (FEATURE(FEATURE_TRANSPARENCY) && t.arguments.context != nullptr) alpha_of(t.arguments)->kept[k] = 1.0f;
-      } else if (cross_pane(*t.job.scene, hit, p, k, kept[k])) {
-        left[k] -= hit.t;
-        p.ray.tfar[k] = left[k];
+        light[k] *= passages[k].light;
+        if (FEATURE(FEATURE_TRANSPARENCY) && t.arguments.context != nullptr) {
+          alpha_of(t.arguments)->kept[k] = passages[k].kept;
+        }
+      } else if (cross_surface(t.job, hit, p, k, passages[k])) {
         valid[k] = -1;
         any = true;
       }

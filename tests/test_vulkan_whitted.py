@@ -128,7 +128,8 @@ def test_textures_and_models(module: ModuleType) -> None:
     assert {'textures', 'reflection models'} <= set(stats['features']) and stats['rays']['bounce'] > 0
 
 
-def test_shadows_through_panes_and_through_what_is_half_there(module: ModuleType) -> None:
+@pytest.mark.parametrize('device', ['CPU', 'VULKAN'])
+def test_shadows_through_panes_and_through_what_is_half_there(module: ModuleType, device: str) -> None:
     """A pane dims by its colour, a transparent surface by its alpha, and both cast the shadow of their product."""
     floor = quad((-5, -5, 0), (10, 0, 0), (0, 10, 0))
     pane = box((-5, -5, 1.0), (5, 5, 1.2), replace(GLASS, base_color=(0.9, 0.5, 0.2)))
@@ -138,14 +139,15 @@ def test_shadows_through_panes_and_through_what_is_half_there(module: ModuleType
     settings = RenderSettings(
         samples=1, integrator='WHITTED', use_transparent_shadows=True, passes=('combined', 'shadow')
     )
-    gpu, _ = Job(module, buffers, view, settings).render('VULKAN')
+    image, _ = Job(module, buffers, view, settings).render(device)
     through = 0.96**2 * np.array((0.9, 0.5, 0.2)) * 0.75
-    assert gpu['combined'][..., :3] == pytest.approx(np.broadcast_to(2.0 / np.pi * through, (8, 8, 3)), rel=1e-5)
-    assert gpu['shadow'] == pytest.approx(0.75)
+    assert image['combined'][..., :3] == pytest.approx(np.broadcast_to(2.0 / np.pi * through, (8, 8, 3)), rel=1e-5)
+    assert image['shadow'] == pytest.approx(0.75)
 
 
-def test_panes_are_counted(module: ModuleType) -> None:
-    """The seventeenth stops a shadow ray, as on the CPU."""
+@pytest.mark.parametrize('device', ['CPU', 'VULKAN'])
+def test_panes_are_counted(module: ModuleType, device: str) -> None:
+    """The seventeenth stops a shadow ray; surfaces with alpha below 1 have a count of their own."""
     floor = quad((-5, -5, 0), (10, 0, 0), (0, 10, 0))
     sheets = [quad((-5, -5, 0.1 + 0.1 * i), (10, 0, 0), (0, 10, 0), replace(GLASS, ior=1.0)) for i in range(17)]
     view = camera((8, 8), (0, 0, 0.05), (0, 0, -1), window=0.1)
@@ -153,11 +155,30 @@ def test_panes_are_counted(module: ModuleType) -> None:
 
     def light(count: int) -> float:
         buffers = exported([floor, *sheets[:count]], [Lamp('SUN', (2.0, 2.0, 2.0))])
-        gpu, _ = Job(module, buffers, view, settings).render('VULKAN')
-        return float(gpu['combined'][..., :3].max())
+        image, _ = Job(module, buffers, view, settings).render(device)
+        return float(image['combined'][..., :3].max())
 
     assert light(16) == pytest.approx(2.0 / np.pi, rel=1e-4)
     assert light(17) == 0.0
+
+
+@pytest.mark.parametrize('device', ['CPU', 'VULKAN'])
+def test_transparent_surfaces_are_counted_beside_panes(module: ModuleType, device: str) -> None:
+    floor = quad((-5, -5, 0), (10, 0, 0), (0, 10, 0))
+    pane = quad((-5, -5, 1.0), (10, 0, 0), (0, 10, 0), replace(GLASS, ior=1.0))
+    gauze = [quad((-5, -5, 0.1 + 0.1 * i), (10, 0, 0), (0, 10, 0), Material(alpha=0.5)) for i in range(3)]
+    view = camera((8, 8), (0, 0, 0.05), (0, 0, -1), window=0.1)
+
+    def light(limit: int) -> float:
+        settings = RenderSettings(
+            samples=1, integrator='WHITTED', use_transparent_shadows=True, transparent_bounces=limit
+        )
+        buffers = exported([floor, pane, *gauze], [Lamp('SUN', (2.0, 2.0, 2.0))])
+        image, _ = Job(module, buffers, view, settings).render(device)
+        return float(image['combined'][..., :3].max())
+
+    assert light(3) == pytest.approx(2.0 / np.pi / 8.0, rel=1e-4)
+    assert light(2) == 0.0
 
 
 def test_adaptive_sampling_stops_at_the_same_pixels(module: ModuleType) -> None:
