@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from kernel_cases import CAMERA_RECORD, COLOR, DIRECTION, LIBRARY, NORMAL, POINT, ROUNDING, SQUARE, SURFACE
 from kernel_cases_path import COSINE, ETA, FACING, LAMP, MATERIAL, PATH, WO
-from kernel_inputs import choices, colors, directions, integers, magnitudes, points, records, uniform
+from kernel_inputs import choices, colors, directions, hits, integers, magnitudes, points, records, uniform
 from kernel_parity import Case, Tolerance
 
 CLASSIC = (
@@ -97,11 +97,21 @@ CASES = [
         'x = sobel_x(number); y = sobel_y(number); height = outline_height(camera, 200.0f, p);'
         'outline_begin(sums); depth = outline_depth(middle, instance, p);'
         'outline_add(middle, number, instance, p, n, sums);'
-        'found = select(outline_found(sums, kinds, reach), 1u, 0u);',
+        'found = select(outline_found(sums, kinds, reach), 1u, 0u); move = outline_move(number);'
+        'next = outline_next(number);',
         {'number': ('uint', integers(9)), 'middle': OUTLINE_POINT, 'camera': CAMERA_RECORD, 'p': POINT}
         | {'n': DIRECTION, 'instance': ('uint', choices(0, 1, 0xFFFFFFFF)), 'kinds': ('uint', integers(8))}
         | {'reach': ('float', uniform(0.0, 0.05))},
-        {'x': 'float', 'y': 'float', 'height': 'float', 'depth': 'float', 'sums': 'OutlineSums', 'found': 'uint'},
+        {'x': 'float', 'y': 'float', 'height': 'float', 'depth': 'float', 'sums': 'OutlineSums', 'found': 'uint'}
+        | {'move': 'vec2', 'next': 'uint'},
         ROUNDING,
+    ),
+    Case(
+        'outline_points',
+        'outline_point(scene, camera, 200.0f, hit, d, point);',
+        {'camera': CAMERA_RECORD, 'hit': ('Hit', hits), 'd': DIRECTION},
+        {'point': 'OutlinePoint'},
+        ROUNDING,
+        scene=True,
     ),
 ]

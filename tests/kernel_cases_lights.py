@@ -9,7 +9,7 @@ from __future__ import annotations
 from kernel_cases import DIRECTION, LIGHT, NORMAL, POINT, POSITIVE, ROUNDING
 from kernel_cases_models import SLOPES
 from kernel_cases_path import MATERIAL
-from kernel_inputs import LIGHTS, integers, light_shapes, magnitudes, uniform
+from kernel_inputs import LIGHTS, choices, integers, light_shapes, magnitudes, uniform
 from kernel_parity import Case, Tolerance
 
 SHAPE = ('LightShape', light_shapes)
@@ -38,6 +38,12 @@ CASES = [
         {'a': 'float'},
         RAMP,
         scene=True,
+    ),
+    Case(
+        'lamp_passes',
+        'a = light_pass(number); b = light_group(number);',
+        {'number': ('int', choices(-1, 0x1FFFF, 0x10002, 0x7FFF0000, 5))},
+        {'a': 'int', 'b': 'int'},
     ),
     Case(
         'lamp_terms',

@@ -181,6 +181,14 @@ def test_terms_and_lamps_of_direct_light(module: ModuleType) -> None:
     assert np.allclose(sum_of_lamps(found), found['combined'][..., :3], rtol=1e-4, atol=1e-6)
 
 
+def test_lamps_over_normal_maps(module: ModuleType) -> None:
+    """Shadow rays are lifted off the smooth surface, not off the one that the map shows."""
+    scene = demos.build('model_pair')
+    job = apart(module, scene, 'DIRECT', samples=16)
+    names = tuple(name for name in job.settings.passes if name not in TERMS)
+    same(Job(module, job.buffers, job.camera, dataclasses.replace(job.settings, passes=names)))
+
+
 def test_terms_and_lamps_of_paths(module: ModuleType) -> None:
     """Beside light groups, which share a lamp's number with its pass."""
     scene = see_through(rich_scene(3))
@@ -200,6 +208,13 @@ def test_terms_are_those_of_the_surface_whoever_renders(module: ModuleType, inte
     direct, _ = job_of(module, scene, integrator='DIRECT', passes=('combined', *TERMS)).render('VULKAN')
     for name in TERMS:
         assert np.array_equal(found[name], direct[name]), name
+
+
+@pytest.mark.parametrize('integrator', ['AO', 'TOON'])
+def test_rays_by_the_hardware(module: ModuleType, integrator: str) -> None:
+    vulkan_jobs.require(module, 'HARDWARE')
+    settings = {'samples': 8, 'outline_width': 3.0, 'ray_tracing': 'HARDWARE', 'passes': ('combined', 'ao')}
+    same(job_of(module, see_through(rich_scene(3)), integrator=integrator, **settings))
 
 
 def test_a_smaller_batch_is_the_same_picture(module: ModuleType, monkeypatch: pytest.MonkeyPatch) -> None:
