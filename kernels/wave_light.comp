@@ -30,15 +30,10 @@ void send_sky(uint lane, PathState path, Surface s, uint block_seed) {
   STORE(WAVE.shadows_queue, append(WAVE_SHADOWS), place);
 }
 
-void main() {
-  if (beyond(WAVE_SHADING)) return;
-  const uint lane = LOAD(WAVE.shading_queue, gl_GlobalInvocationID.x);
-  if (FEATURE(FEATURE_WHITTED) && !stands_at_surface(lane)) return;
-  const PathState path = LOAD(WAVE.paths, lane);
-  const Surface s = LOAD(WAVE.surfaces, lane);
-  const Bsdf bsdf = LOAD(WAVE.bsdfs, lane);
+void send_to_lights(uint lane, PathState path, Surface s, uint block_seed) {
+  Bsdf bsdf;
+  if (!FEATURE(FEATURE_TOON)) bsdf = LOAD(WAVE.bsdfs, lane);
   const vec3 wo = -WAVE.rays.v[lane].direction;
-  const uint block_seed = pixel_of(lane).block_seed;
   const bool emitters = FEATURE(FEATURE_EMISSIVE_MESHES) && WAVE.scene.emitter_count > 0u;
   const uint lamp_slots = push.light_slots - (emitters ? 1u : 0u);
   const vec2 pick = vertex_random(path, block_seed, PAIR_PICK);
@@ -63,5 +58,15 @@ void main() {
     STORE(WAVE.shadow_rays, place, ray);
     if (shadow) STORE(WAVE.shadows_queue, append(WAVE_SHADOWS), place);
   }
+}
+
+void main() {
+  if (beyond(WAVE_SHADING)) return;
+  const uint lane = LOAD(WAVE.shading_queue, gl_GlobalInvocationID.x);
+  if (FEATURE(FEATURE_WHITTED) && !stands_at_surface(lane)) return;
+  const PathState path = LOAD(WAVE.paths, lane);
+  const Surface s = LOAD(WAVE.surfaces, lane);
+  const uint block_seed = pixel_of(lane).block_seed;
+  if (push.light_slots > 0u) send_to_lights(lane, path, s, block_seed);
   if (FEATURE(FEATURE_OCCLUSION) && push.sky_slot != INVALID_ID) send_sky(lane, path, s, block_seed);
 }

@@ -102,6 +102,8 @@ class WavefrontOnCard final : public Wavefront {
 
   bool has(std::uint32_t feature) const { return (job_.features & feature) != 0; }
   bool all_lights() const { return wave_.scene.light_count <= job_.lights_at_once; }
+  // Does it matter what a surface does with light?
+  bool scatters() const { return !has(FEATURE_TOON) && job_.classic.integrator != Integrator::kOcclusion; }
   // Shadow rays that a lane may send to lights at its vertex number `bounce`.
   std::uint32_t light_slots(std::uint32_t bounce) const {
     if (job_.classic.integrator == Integrator::kOcclusion) return 0;
@@ -182,8 +184,9 @@ void WavefrontOnCard::upload_bvh(const WideBvh &bvh, Uploader &uploader) {
 }
 
 std::uint64_t WavefrontOnCard::lane_bytes() const {
-  std::uint64_t bytes = sizeof(CameraRay) + sizeof(PathState) + sizeof(Hit) + sizeof(Surface) + sizeof(Bsdf) +
-                        sizeof(WaveSample) + 2 * sizeof(uint);
+  std::uint64_t bytes =
+      sizeof(CameraRay) + sizeof(PathState) + sizeof(Hit) + sizeof(Surface) + sizeof(WaveSample) + 2 * sizeof(uint);
+  if (scatters()) bytes += sizeof(Bsdf);
   bytes += shadow_slots() * (sizeof(ShadowRay) + sizeof(uint));
   if (has(FEATURE_DATA_PASSES)) bytes += sizeof(WaveRecord);
   if (has(FEATURE_WHITTED)) bytes += sizeof(WaveTree) + (job_.classic.depth + 1) * sizeof(WavePending);
@@ -207,7 +210,7 @@ void WavefrontOnCard::allocate_lanes() {
   wave_.paths.v = add<PathState>(b, n, purpose);
   wave_.hits.v = add<Hit>(b, n, purpose);
   wave_.surfaces.v = add<Surface>(b, n, purpose);
-  wave_.bsdfs.v = add<Bsdf>(b, n, purpose);
+  if (scatters()) wave_.bsdfs.v = add<Bsdf>(b, n, purpose);
   wave_.shadow_rays.v = add<ShadowRay>(b, shadows, purpose);
   wave_.samples.v = add<WaveSample>(b, n, purpose);
   if (has(FEATURE_DATA_PASSES)) wave_.records.v = add<WaveRecord>(b, n, purpose);
