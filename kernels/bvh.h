@@ -168,91 +168,128 @@ FN bool bvh_meet_triangle(IN(BvhTriangle) triangle, IN(BvhRay) ray, float t_min,
   return true;
 }
 
+// Where a ray stands in the tree.
+struct BvhWalk {
+  BvhRay ray;  // in the space of the tree below
+  uint base;  // the first child of a node
+  uint hits;  // its children that were met and wait, as bvh_node_hits tells them
+  uint leaf_base;
+  uint leaves;  // likewise of what leaves hold
+  uint instance;  // that was entered
+  uint top;  // 1: leaves hold instances
+};
+
+// At a root.
+FN void bvh_walk_from(uint root, INOUT(BvhWalk) walk) {
+  walk.base = root;
+  walk.hits = select(root == INVALID_ID, 0u, BVH_ROOT_HITS);
+  walk.leaf_base = 0u;
+  walk.leaves = 0u;
+}
+
+// Triangles in world space come first, then the instances.
+FN void bvh_walk_begin(IN(BvhData) bvh, vec3 origin, vec3 direction, OUT(BvhWalk) walk) {
+  bvh_ray(origin, direction, walk.ray);
+  walk.instance = INVALID_ID;
+  walk.top = select(bvh.world_root == INVALID_ID, 1u, 0u);
+  bvh_walk_from(select(walk.top != 0u, bvh.top_root, bvh.world_root), walk);
+}
+
+// The nearest of the nodes that wait; it waits no longer.
+FN uint bvh_take_node(INOUT(BvhWalk) walk) {
+  const uint child = bvh_nearest_child(walk.base, walk.hits, walk.ray.octant);
+  walk.hits &= ~(1u << uint(findMSB(walk.hits)));
+  return child;
+}
+
+FN uint bvh_take_leaf(INOUT(BvhWalk) walk) {
+  const uint leaf = walk.leaf_base + uint(findLSB(walk.leaves));
+  walk.leaves &= walk.leaves - 1u;
+  return leaf;
+}
+
+// Goes on to the children of a node.
+FN void bvh_open(IN(BvhNode) node, float t_min, float t_max, INOUT(BvhWalk) walk) {
+  const uint met = bvh_node_hits(node, walk.ray, t_min, t_max);
+  walk.base = node.child_base;
+  walk.hits = (met & ~BVH_LEAVES) | (node.exponents >> 24);
+  walk.leaf_base = node.leaf_base;
+  walk.leaves = met & BVH_LEAVES;
+}
+
+FN bool bvh_meet_leaf(IN(BvhTriangle) triangle, IN(BvhWalk) walk, float t_min, uint mask, INOUT(Hit) hit) {
+  return (triangle.mask & mask) != 0u && bvh_meet_triangle(triangle, walk.ray, t_min, walk.instance, hit);
+}
+
+FN void bvh_enter(IN(BvhInstance) instance, vec3 origin, vec3 direction, INOUT(BvhWalk) walk) {
+  bvh_ray_into(instance, origin, direction, walk.ray);
+  walk.instance = instance.instance;
+  walk.top = 0u;
+  bvh_walk_from(instance.root, walk);
+}
+
+FN void bvh_leave(vec3 origin, vec3 direction, INOUT(BvhWalk) walk) {
+  walk.top = 1u;
+  bvh_ray(origin, direction, walk.ray);
+}
+
+// Goes on with what waited: nodes, or what leaves hold.
+FN void bvh_resume(uint base, uint bits, INOUT(BvhWalk) walk) {
+  const bool nodes = bits > BVH_LEAVES;
+  walk.base = base;
+  walk.hits = select(nodes, bits, 0u);
+  walk.leaf_base = base;
+  walk.leaves = select(nodes, 0u, bits);
+}
+
+// In bvh_trace alone. A function would copy the stack in GLSL.
+#define BVH_WAIT(BASE, BITS) \
+  do {                       \
+    bases[depth] = (BASE);   \
+    stacked[depth] = (BITS); \
+    depth += 1;              \
+  } while (false)
+
 // The nearest hit between t_min and hit.t of what the mask sees, into `hit`; or, with `any`, whether there is one.
 FN bool bvh_trace(IN(BvhData) bvh, vec3 origin, vec3 direction, float t_min, uint mask, bool any, INOUT(Hit) hit) {
   uint bases[BVH_STACK];
   uint stacked[BVH_STACK];
   int depth = 0;
-  BvhRay ray;
-  bvh_ray(origin, direction, ray);
   bool found = false;
-  // Triangles in world space first, then the instances. `floor_depth` is where the stack stood before an instance.
-  bool top = bvh.world_root == INVALID_ID;
-  uint base = select(top, bvh.top_root, bvh.world_root);
-  uint hits = select(base == INVALID_ID, 0u, BVH_ROOT_HITS);
-  if (!top && bvh.top_root != INVALID_ID) {
-    bases[0] = bvh.top_root;
-    stacked[0] = BVH_ROOT_HITS;
-    depth = 1;
-  }
-  int floor_depth = depth;
-  uint instance = INVALID_ID;
-  uint leaf_base = 0u;
-  uint leaves = 0u;
+  BvhWalk walk;
+  bvh_walk_begin(bvh, origin, direction, walk);
+  if (walk.top == 0u && bvh.top_root != INVALID_ID) BVH_WAIT(bvh.top_root, BVH_ROOT_HITS);
+  int floor_depth = depth;  // where the stack stood before an instance
   while (true) {
-    if (hits > BVH_LEAVES) {  // 1. The nearest node: its children are next.
-      const uint child = bvh_nearest_child(base, hits, ray.octant);
-      hits &= ~(1u << uint(findMSB(hits)));
-      if (hits > BVH_LEAVES) {
-        bases[depth] = base;
-        stacked[depth] = hits;
-        depth += 1;
-      }
-      const BvhNode node = LOAD(bvh.nodes, child);
-      const uint met = bvh_node_hits(node, ray, t_min, hit.t);
-      base = node.child_base;
-      hits = (met & ~BVH_LEAVES) | (node.exponents >> 24);
-      leaf_base = node.leaf_base;
-      leaves = met & BVH_LEAVES;
+    if (walk.hits > BVH_LEAVES) {  // 1. The nearest node: its children are next.
+      const uint child = bvh_take_node(walk);
+      if (walk.hits > BVH_LEAVES) BVH_WAIT(walk.base, walk.hits);
+      bvh_open(LOAD(bvh.nodes, child), t_min, hit.t, walk);
     }
-    while (leaves != 0u) {  // 2. What its leaves hold.
-      const uint leaf = leaf_base + uint(findLSB(leaves));
-      leaves &= leaves - 1u;
-      if (!top) {
-        const BvhTriangle triangle = LOAD(bvh.triangles, leaf);
-        if ((triangle.mask & mask) == 0u || !bvh_meet_triangle(triangle, ray, t_min, instance, hit)) continue;
+    while (walk.leaves != 0u) {  // 2. What its leaves hold.
+      const uint leaf = bvh_take_leaf(walk);
+      if (walk.top == 0u) {
+        if (!bvh_meet_leaf(LOAD(bvh.triangles, leaf), walk, t_min, mask, hit)) continue;
         if (any) return true;
         found = true;
         continue;
       }
-      const BvhInstance entered = LOAD(bvh.instances, leaf);
-      if ((entered.mask & mask) == 0u) continue;
-      // What is left of this level waits on the stack.
-      if (leaves != 0u) {
-        bases[depth] = leaf_base;
-        stacked[depth] = leaves;
-        depth += 1;
-      }
-      if (hits > BVH_LEAVES) {
-        bases[depth] = base;
-        stacked[depth] = hits;
-        depth += 1;
-      }
-      top = false;
+      const BvhInstance instance = LOAD(bvh.instances, leaf);
+      if ((instance.mask & mask) == 0u) continue;
+      if (walk.leaves != 0u) BVH_WAIT(walk.leaf_base, walk.leaves);
+      if (walk.hits > BVH_LEAVES) BVH_WAIT(walk.base, walk.hits);
       floor_depth = depth;
-      instance = entered.instance;
-      bvh_ray_into(entered, origin, direction, ray);
-      base = entered.root;
-      hits = BVH_ROOT_HITS;
-      leaves = 0u;
+      bvh_enter(instance, origin, direction, walk);
     }
-    if (hits > BVH_LEAVES) continue;
-    if (!top && depth == floor_depth) {  // 3. Back to the top level, or to what waits.
-      top = true;
-      bvh_ray(origin, direction, ray);
-    }
-    if (depth == 0) break;
+    if (walk.hits > BVH_LEAVES) continue;
+    // 3. Back to the top level, or to what waits.
+    if (walk.top == 0u && depth == floor_depth) bvh_leave(origin, direction, walk);
+    if (depth == 0) return found;
     depth -= 1;
-    base = bases[depth];
-    hits = stacked[depth];
-    if (hits <= BVH_LEAVES) {
-      leaf_base = base;
-      leaves = hits;
-      hits = 0u;
-    }
+    bvh_resume(bases[depth], stacked[depth], walk);
   }
-  return found;
 }
+#undef BVH_WAIT
 
 #ifdef __cplusplus
 static_assert(sizeof(BvhNode) == 80 && sizeof(BvhTriangle) == 48 && sizeof(BvhInstance) == 64);

@@ -76,19 +76,50 @@ CASES = [
         {'met': 'uint', 'four': 'uint'},
     ),
     Case(
+        'bvh_walks',
+        'BvhData none; none.world_root = INVALID_ID; none.top_root = root; BvhWalk walk;'
+        'bvh_walk_begin(none, origin, direction, walk); begun = uvec3(walk.hits, walk.leaves, walk.top);'
+        'bvh_open(node, 0.0f, t_max, walk); opened = uvec3(walk.base, walk.hits, walk.leaves);'
+        'child = 0u; leaf = 0u;'
+        'if (walk.hits > BVH_LEAVES) child = bvh_take_node(walk); if (walk.leaves != 0u) leaf = bvh_take_leaf(walk);'
+        'taken = uvec3(walk.hits, walk.leaves, walk.leaf_base);'
+        'BvhInstance i; i.x = x; i.y = y; i.z = z; i.root = root; i.instance = 5u; i.mask = 0u; i.unused = 0u;'
+        'bvh_enter(i, origin, direction, walk); entered = uvec3(walk.instance, walk.base, walk.ray.octant);'
+        'bvh_resume(root, bits, walk); resumed = uvec3(walk.hits, walk.leaves, walk.base);'
+        'bvh_leave(origin, direction, walk); bvh_walk_from(INVALID_ID, walk);'
+        'left = uvec3(walk.hits, walk.ray.octant, walk.top);',
+        {
+            'node': ('BvhNode', nodes),
+            'origin': POINT,
+            'direction': DIRECTION,
+            't_max': ('float', uniform(0.1, 20.0)),
+            'root': ('uint', integers(1000)),
+            'bits': ('uint', integers()),
+            'x': ROW,
+            'y': ROW,
+            'z': ROW,
+        },
+        dict.fromkeys(('begun', 'opened', 'taken', 'entered', 'resumed', 'left'), 'uvec3')
+        | {'child': 'uint', 'leaf': 'uint'},
+    ),
+    Case(
         'bvh_triangles',
         RAY + 'hit.t = 1e30f; hit.u = 0.0f; hit.v = 0.0f; hit.triangle = 0u; hit.instance = INVALID_ID;'
         'BvhTriangle triangle; triangle.p0 = p0; triangle.p1 = p1; triangle.p2 = p2; triangle.instance = INVALID_ID;'
         'triangle.triangle = 7u; triangle.mask = VISIBLE_ALL;'
         'met = bvh_meet_triangle(triangle, ray, 0.0f, 3u, hit) ? 1u : 0u;'
+        'BvhWalk walk; walk.ray = ray; walk.instance = 3u; again.t = 1e30f; again.u = 0.0f; again.v = 0.0f;'
+        'again.triangle = 0u; again.instance = INVALID_ID;'
+        'of_leaf = bvh_meet_leaf(triangle, walk, 0.0f, mask, again) ? 1u : 0u;'
         'BvhData none; none.world_root = INVALID_ID; none.top_root = INVALID_ID;'
         'empty = bvh_trace(none, origin, direction, 0.0f, VISIBLE_ALL, true, hit) ? 1u : 0u;',
         {
             'origin': ('vec3', points(0.5)),
             'direction': ('vec3', directions()),
+            'mask': ('uint', integers(128)),
             **{name: ('vec3', vectors(uniform(-2.0, 2.0))) for name in ('p0', 'p1', 'p2')},
         },
-        {'hit': 'Hit', 'met': 'uint', 'empty': 'uint'},
+        {'hit': 'Hit', 'again': 'Hit', 'met': 'uint', 'of_leaf': 'uint', 'empty': 'uint'},
         ROUNDING,
     ),
 ]
