@@ -170,6 +170,9 @@ class RenderJob:
         # Render: until all samples are there or the user stops it; either way what is there goes into the passes.
         self.reporter.phase('Rendering')
         session = self.open_session(module, native_scene, camera, render_settings)
+        figures = session.stats()
+        if figures['device'] != 'CPU':
+            self.log.info(f'{figures["device"]} renders, tracing rays by {figures["isa"]}')
         try:
             try:
                 self.render(session, render_settings, sources)

@@ -130,6 +130,8 @@ class Session:
             'render_seconds': 0.0,
             'rays': {'camera': self._samples * width * height, 'shadow': 0, 'bounce': 0},
             'samples': self._samples,
+            'device': self.settings.device,
+            'isa': 'imagination',
             'memory_bytes': 0,
             'features': ['fake'],
             'left_out': ['real pixels: this is a fake'],

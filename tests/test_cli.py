@@ -81,6 +81,13 @@ def test_a_graphics_card_and_how_it_traces(engine):
     assert (found.device, found.device_index, found.ray_tracing) == ('VULKAN', 1, 'SOFTWARE')
 
 
+def test_it_is_told_how_a_graphics_card_traces(tmp_path):
+    code, told = run_cli(
+        'render', '--demo', 'box_room', '-o', tmp_path / 'o.exr', *SMALL, '--device', 'vulkan', fake=''
+    )
+    assert code == 0 and 'VULKAN renders, tracing rays by imagination' in told
+
+
 def test_arguments_override_the_file(blend, tmp_path):
     out, figures = tmp_path / 'o.exr', tmp_path / 'o.json'
     code, told = run_cli(

@@ -163,6 +163,19 @@ def test_more_triangles_than_a_bottom_level_has(module: ModuleType, tracing: str
     same(job_of(module, scene, integrator='DIRECT', samples=1, passes=SEEN, ray_tracing=tracing), 0.02)
 
 
+def test_out_of_memory_names_the_acceleration_structure(module: ModuleType, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The scene fits, what is built over it does not."""
+    vulkan_jobs.require(module, 'HARDWARE')
+    scene = lit_scene()
+    build.link(scene, 'Grid', build.grid(300))
+    session = job_of(module, scene, ray_tracing='HARDWARE').session('VULKAN')
+    monkeypatch.setenv('COTORRA_VULKAN_MEMORY', str(70 << 20))
+    session.start()
+    with pytest.raises(module.DeviceError, match=r'MiB for the acceleration structure do not fit beside the \d+ MiB'):
+        while not session.wait(1.0):
+            pass
+
+
 def test_the_choice_is_kept_or_refused(module: ModuleType) -> None:
     """A processor is not asked for hardware unless the user wants it."""
     scene = lit_scene()
