@@ -3,6 +3,7 @@
 // the session keeps the film.
 #include "device.h"
 #include "features.h"
+#include "vulkan_film.h"
 #include "vulkan_wavefront.h"
 
 #include "../kernels/scene_types.h"

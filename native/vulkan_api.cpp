@@ -250,6 +250,8 @@ void Instance::add_message(std::string text) {
   messages_.push_back(std::move(text));
 }
 
+bool is_cpu(const Physical &p) { return p.properties.deviceType == VK_PHYSICAL_DEVICE_TYPE_CPU; }
+
 std::vector<Physical> list_physical(const Instance &instance) {
   std::vector<Physical> list;
   for (const VkPhysicalDevice device : instance.physical_devices()) list.push_back(describe(instance, device));
@@ -366,6 +368,16 @@ void LogicalDevice::submit() {
   check(vkResetFences(handle, 1, &fence_), "vkResetFences");
   check(vkQueueSubmit(queue_, 1, &info, fence_), "vkQueueSubmit");
   check(vkWaitForFences(handle, 1, &fence_, VK_TRUE, UINT64_MAX), "vkWaitForFences");
+}
+
+void all_barrier(const LogicalDevice &device, VkCommandBuffer commands) {
+  VkMemoryBarrier memory{};
+  memory.sType = VK_STRUCTURE_TYPE_MEMORY_BARRIER;
+  memory.srcAccessMask = VK_ACCESS_MEMORY_WRITE_BIT;
+  memory.dstAccessMask = VK_ACCESS_MEMORY_READ_BIT | VK_ACCESS_MEMORY_WRITE_BIT;
+  constexpr VkPipelineStageFlags stages =
+      VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT | VK_PIPELINE_STAGE_TRANSFER_BIT | VK_PIPELINE_STAGE_DRAW_INDIRECT_BIT;
+  device.vkCmdPipelineBarrier(commands, stages, stages, 0, 1, &memory, 0, nullptr, 0, nullptr);
 }
 
 }  // namespace cotorra::vulkan

@@ -132,6 +132,8 @@ struct Physical {
   std::uint32_t queue_family = 0;
   VulkanDeviceInfo info;
 };
+// Lavapipe and its like: caches matter, and submissions cost little.
+bool is_cpu(const Physical &physical);
 // Best kinds first: discrete, integrated, virtual, others, CPU.
 std::vector<Physical> list_physical(const Instance &instance);
 
@@ -214,5 +216,16 @@ class Buffer {
   std::uint64_t address_ = 0;
   void *data_ = nullptr;
 };
+
+// A new buffer in the list, for `count` of T; returns where the card sees it.
+template <class T>
+T *add_buffer(LogicalDevice &device, std::vector<std::unique_ptr<Buffer>> &buffers, std::uint64_t count,
+              const char *purpose) {
+  buffers.push_back(std::make_unique<Buffer>(device, count * sizeof(T), purpose));
+  return reinterpret_cast<T *>(buffers.back()->address());
+}
+
+// What was written before may be read after, by whatever stage.
+void all_barrier(const LogicalDevice &device, VkCommandBuffer commands);
 
 }  // namespace cotorra::vulkan

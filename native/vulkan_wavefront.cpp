@@ -11,6 +11,7 @@
 
 #include "scene.h"
 #include "vulkan_acceleration.h"
+#include "vulkan_film.h"
 #include "vulkan_pipelines.h"
 #include "vulkan_scene.h"
 #include "wide_bvh.h"
@@ -27,7 +28,6 @@ namespace cotorra::vulkan {
 namespace {
 
 using Clock = std::chrono::steady_clock;
-using Buffers = std::vector<std::unique_ptr<Buffer>>;
 
 // A submission should take between these, in seconds: cancelling must be quick, and no watchdog may bark.
 constexpr double kShortest = 0.02;
@@ -38,18 +38,18 @@ constexpr std::uint32_t kMostLanes = 1 << 20;
 constexpr std::uint32_t kMostLanesOfCpu = 1 << 15;  // where the device is a processor, its caches like few lanes
 constexpr std::uint32_t kMostBounces = 16;           // of one submission
 constexpr std::uint64_t kPathMemory = 8;             // of a card's memory, at most this part for lanes
-constexpr std::size_t kFilmPixels = 1 << 21;
-constexpr std::size_t kFilmPixelsOfCpu = 1 << 16;
 
 double seconds_since(Clock::time_point begin) { return std::chrono::duration<double>(Clock::now() - begin).count(); }
-
-bool is_cpu(const Physical &p) { return p.properties.deviceType == VK_PHYSICAL_DEVICE_TYPE_CPU; }
 
 class WavefrontOnCard final : public Wavefront {
  public:
   WavefrontOnCard(const Scene &scene, const RenderJob &job, const DeviceChoice &choice,
                   std::shared_ptr<Instance> instance, const Physical &physical, bool ray_query, SharedFigures &figures)
-      : scene_(scene), job_(job), figures_(figures), device_(std::move(instance), physical, {ray_query}) {
+      : scene_(scene),
+        job_(job),
+        figures_(figures),
+        device_(std::move(instance), physical, {ray_query}),
+        film_(device_, job) {
     // Kernels are compiled while the scene is built and copied.
     std::future<double> compiled = std::async(std::launch::async, [&, begin = Clock::now()] {
       pipelines_.emplace(device_, job.features, static_cast<std::uint32_t>(sizeof(WavePush)), choice.cache);
@@ -78,26 +78,19 @@ class WavefrontOnCard final : public Wavefront {
   void allocate_lanes();
   void describe_job();
   void describe_classic();
-  void place_pixels(std::span<FilmTile> tiles);
-  void reserve_film();
-  void clear_film();
   bool run_batch(const Batch &batch, RayCounts &counts);
   void begin_batch(VkCommandBuffer commands, const Batch &batch, const WavePush &push);
   void record_bounce(VkCommandBuffer commands, WavePush push);
   void record_outlines(VkCommandBuffer commands, WavePush push);
-  void read_film(std::span<FilmTile> tiles, std::uint32_t count);
-  void take_pixel(FilmTile &staged, std::size_t pixel, std::size_t i) const;
   std::uint32_t vertices_at_once(const Batch &batch, std::uint32_t alive) const;
   void adapt(double seconds, bool full);
-  void barrier(VkCommandBuffer commands) const;
   void bind(VkCommandBuffer commands, Stage stage, const WavePush &push) const;
   void dispatch(VkCommandBuffer commands, Stage stage, const WavePush &push, std::uint32_t items) const;
   void dispatch_queue(VkCommandBuffer commands, Stage stage, const WavePush &push) const;
 
   template <class T>
-  T *add(Buffers &buffers, std::uint64_t count, const char *purpose) {
-    buffers.push_back(std::make_unique<Buffer>(device_, count * sizeof(T), purpose));
-    return reinterpret_cast<T *>(buffers.back()->address());
+  T *add(std::uint64_t count) {
+    return add_buffer<T>(device_, lane_buffers_, count, "paths");
   }
 
   bool has(std::uint32_t feature) const { return (job_.features & feature) != 0; }
@@ -132,14 +125,13 @@ class WavefrontOnCard final : public Wavefront {
   LogicalDevice device_;
   std::optional<Pipelines> pipelines_;
   std::optional<Acceleration> acceleration_;
-  Buffers scene_buffers_, lane_buffers_, film_buffers_;  // of the film: the first are the pixels
-  std::unique_ptr<Buffer> data_, counters_, counters_host_, film_host_;
+  std::vector<std::unique_ptr<Buffer>> scene_buffers_, lane_buffers_;
+  std::unique_ptr<Buffer> data_, counters_, counters_host_;
   WaveData wave_{};
+  FilmOnCard film_;
   std::uint32_t lanes_ = 0;  // there are
   std::uint32_t lanes_at_once_ = kFirstLanes;
   std::uint32_t bounces_at_once_ = 2;
-  std::size_t film_pixels_ = 0;    // that the film's buffers have room for
-  std::vector<WavePixel> pixels_;  // of the tiles that are being rendered
   bool first_pass_ = true;
   Clock::time_point begin_ = Clock::now();
 };
@@ -201,36 +193,34 @@ void WavefrontOnCard::allocate_lanes() {
   const std::uint64_t most = is_cpu(device_.physical()) ? kMostLanesOfCpu : kMostLanes;
   const std::uint64_t n = std::clamp<std::uint64_t>(fit, kFewestLanes, most);
   const std::uint64_t shadows = n * shadow_slots();
-  constexpr const char *purpose = "paths";
-  Buffers &b = lane_buffers_;
-  wave_.rays_queue.v = add<uint>(b, n, purpose);
-  wave_.shading_queue.v = add<uint>(b, n, purpose);
-  wave_.shadows_queue.v = add<uint>(b, shadows, purpose);
-  wave_.rays.v = add<CameraRay>(b, n, purpose);
-  wave_.paths.v = add<PathState>(b, n, purpose);
-  wave_.hits.v = add<Hit>(b, n, purpose);
-  wave_.surfaces.v = add<Surface>(b, n, purpose);
-  if (scatters()) wave_.bsdfs.v = add<Bsdf>(b, n, purpose);
-  wave_.shadow_rays.v = add<ShadowRay>(b, shadows, purpose);
-  wave_.samples.v = add<WaveSample>(b, n, purpose);
-  if (has(FEATURE_DATA_PASSES)) wave_.records.v = add<WaveRecord>(b, n, purpose);
-  if (job_.passes.light_groups > 0) wave_.groups.v = add<vec3>(b, n * job_.passes.light_groups, purpose);
+  wave_.rays_queue.v = add<uint>(n);
+  wave_.shading_queue.v = add<uint>(n);
+  wave_.shadows_queue.v = add<uint>(shadows);
+  wave_.rays.v = add<CameraRay>(n);
+  wave_.paths.v = add<PathState>(n);
+  wave_.hits.v = add<Hit>(n);
+  wave_.surfaces.v = add<Surface>(n);
+  if (scatters()) wave_.bsdfs.v = add<Bsdf>(n);
+  wave_.shadow_rays.v = add<ShadowRay>(shadows);
+  wave_.samples.v = add<WaveSample>(n);
+  if (has(FEATURE_DATA_PASSES)) wave_.records.v = add<WaveRecord>(n);
+  if (job_.passes.light_groups > 0) wave_.groups.v = add<vec3>(n * job_.passes.light_groups);
   if (has(FEATURE_WHITTED)) {
-    wave_.trees.v = add<WaveTree>(b, n, purpose);
-    wave_.pending.v = add<WavePending>(b, n * (job_.classic.depth + 1), purpose);
+    wave_.trees.v = add<WaveTree>(n);
+    wave_.pending.v = add<WavePending>(n * (job_.classic.depth + 1));
   }
-  if (job_.passes.lamps > 0) wave_.lamps.v = add<vec3>(b, n * job_.passes.lamps, purpose);
-  if (job_.passes.terms) wave_.terms.v = add<WaveTerms>(b, n, purpose);
-  if (has(FEATURE_TOON)) wave_.base_colors.v = add<vec3>(b, n, purpose);
+  if (job_.passes.lamps > 0) wave_.lamps.v = add<vec3>(n * job_.passes.lamps);
+  if (job_.passes.terms) wave_.terms.v = add<WaveTerms>(n);
+  if (has(FEATURE_TOON)) wave_.base_colors.v = add<vec3>(n);
   if (wave_.outlines != 0) {
-    wave_.outline_hits.v = add<Hit>(b, n, purpose);
-    wave_.outline_points.v = add<OutlinePoint>(b, n, purpose);
-    wave_.outline_sums.v = add<OutlineSums>(b, n, purpose);
+    wave_.outline_hits.v = add<Hit>(n);
+    wave_.outline_points.v = add<OutlinePoint>(n);
+    wave_.outline_sums.v = add<OutlineSums>(n);
   }
-  counters_ = std::make_unique<Buffer>(device_, WAVE_COUNTERS * sizeof(uint), purpose);
+  counters_ = std::make_unique<Buffer>(device_, WAVE_COUNTERS * sizeof(uint), "paths");
   wave_.counters.v = reinterpret_cast<uint *>(counters_->address());
-  counters_host_ = std::make_unique<Buffer>(device_, WAVE_COUNTERS * sizeof(uint), purpose, true);
-  data_ = std::make_unique<Buffer>(device_, sizeof(WaveData), purpose);
+  counters_host_ = std::make_unique<Buffer>(device_, WAVE_COUNTERS * sizeof(uint), "paths", true);
+  data_ = std::make_unique<Buffer>(device_, sizeof(WaveData), "paths");
   wave_.lanes = lanes_ = static_cast<std::uint32_t>(n);
   lanes_at_once_ = std::min(lanes_at_once_, lanes_);
 }
@@ -274,11 +264,13 @@ void WavefrontOnCard::describe_classic() {
 // ---- Each pass over some tiles
 
 bool WavefrontOnCard::render(std::span<FilmTile> tiles, std::uint32_t first, std::uint32_t count, RayCounts &counts) {
-  place_pixels(tiles);
-  if (pixels_.empty()) return true;
-  reserve_film();
-  clear_film();
-  const auto pixels = static_cast<std::uint32_t>(pixels_.size());
+  const auto pixels = static_cast<std::uint32_t>(film_.place(tiles));
+  if (pixels == 0) return true;
+  film_.reserve(wave_);
+  device_.run([&](VkCommandBuffer commands) {
+    film_.clear(commands);
+    device_.vkCmdUpdateBuffer(commands, data_->handle(), 0, sizeof wave_, &wave_);
+  });
   for (std::uint32_t done = 0; done < count;) {
     const std::uint32_t samples = std::clamp(lanes_at_once_ / pixels, 1u, count - done);
     for (std::uint32_t p = 0; p < pixels;) {
@@ -288,70 +280,11 @@ bool WavefrontOnCard::render(std::span<FilmTile> tiles, std::uint32_t first, std
     }
     done += samples;
   }
-  read_film(tiles, count);
+  film_.read(tiles, count);
   const std::lock_guard lock(figures_.mutex);
   if (std::exchange(first_pass_, false)) figures_.figures.first_seconds = seconds_since(begin_);
   figures_.figures.bytes = device_.memory_used();
   return true;
-}
-
-void WavefrontOnCard::place_pixels(std::span<FilmTile> tiles) {
-  pixels_.clear();
-  for (FilmTile &tile : tiles) {
-    const auto x0 = static_cast<uint>(job_.region_x + tile.x0);
-    const auto y0 = static_cast<uint>(job_.region_y + tile.y0);
-    const auto width = static_cast<uint>(tile.width);
-    const uint seed = sampler_block_seed(x0, y0, job_.sample_bits, job_.seed);
-    for (const std::uint16_t i : tile.to_sample()) pixels_.push_back({x0 + i % width, y0 + i / width, seed, 0u});
-  }
-}
-
-// Makes room for the film of the pixels that were placed.
-void WavefrontOnCard::reserve_film() {
-  if (pixels_.size() <= film_pixels_) return;
-  const std::uint64_t n = std::max<std::uint64_t>(pixels_.size(), WAVE_GROUP_SIZE);
-  film_buffers_.clear();
-  film_host_.reset();
-  constexpr const char *purpose = "the film";
-  const std::uint64_t groups = n * job_.passes.light_groups;
-  std::uint64_t bytes = n * std::max(sizeof(FilmPixel), sizeof(WavePixel));
-  wave_.pixels.v = add<WavePixel>(film_buffers_, n, purpose);
-  wave_.film.v = add<FilmPixel>(film_buffers_, n, purpose);
-  if (job_.passes.error) {
-    wave_.film_odd.v = add<vec3>(film_buffers_, n, purpose);
-    bytes += n * sizeof(vec3);
-  }
-  if (has(FEATURE_DATA_PASSES)) {
-    wave_.film_records.v = add<WaveRecord>(film_buffers_, n, purpose);
-    bytes += n * sizeof(WaveRecord);
-  }
-  if (groups > 0) {
-    wave_.film_groups.v = add<vec3>(film_buffers_, groups, purpose);
-    bytes += groups * sizeof(vec3);
-  }
-  if (job_.passes.lamps > 0) {
-    wave_.film_lamps.v = add<vec3>(film_buffers_, n * job_.passes.lamps, purpose);
-    bytes += n * job_.passes.lamps * sizeof(vec3);
-  }
-  if (job_.passes.terms) {
-    wave_.film_terms.v = add<WaveTerms>(film_buffers_, n, purpose);
-    bytes += n * sizeof(WaveTerms);
-  }
-  film_host_ = std::make_unique<Buffer>(device_, bytes, purpose, true);
-  film_pixels_ = n;
-}
-
-void WavefrontOnCard::clear_film() {
-  // The list of pixels goes through the buffer in which the film will come back.
-  const VkBufferCopy region{0, 0, pixels_.size() * sizeof(WavePixel)};
-  std::memcpy(film_host_->data(), pixels_.data(), region.size);
-  device_.run([&](VkCommandBuffer commands) {
-    device_.vkCmdCopyBuffer(commands, film_host_->handle(), film_buffers_[0]->handle(), 1, &region);
-    for (std::size_t i = 1; i < film_buffers_.size(); ++i) {
-      device_.vkCmdFillBuffer(commands, film_buffers_[i]->handle(), 0, VK_WHOLE_SIZE, 0);
-    }
-    device_.vkCmdUpdateBuffer(commands, data_->handle(), 0, sizeof wave_, &wave_);
-  });
 }
 
 // All stages of a batch. Returns false if cancelled.
@@ -374,7 +307,7 @@ bool WavefrontOnCard::run_batch(const Batch &batch, RayCounts &counts) {
     const auto begin = Clock::now();
     const std::uint32_t end = std::min(bounce + vertices_at_once(batch, alive), all);
     device_.run([&](VkCommandBuffer commands) {
-      barrier(commands);
+      all_barrier(device_, commands);
       if (bounce == 0) begin_batch(commands, batch, push);
       for (; bounce < end; ++bounce) {
         push.bounce = bounce;
@@ -388,7 +321,7 @@ bool WavefrontOnCard::run_batch(const Batch &batch, RayCounts &counts) {
     alive = reinterpret_cast<const uint *>(counters_host_->data())[WAVE_COUNTS + WAVE_RAYS];
     if (alive > 0 || end == all) continue;
     device_.run([&](VkCommandBuffer commands) {
-      barrier(commands);
+      all_barrier(device_, commands);
       finish(commands, true);
     });
     break;
@@ -404,10 +337,10 @@ bool WavefrontOnCard::run_batch(const Batch &batch, RayCounts &counts) {
 
 void WavefrontOnCard::begin_batch(VkCommandBuffer commands, const Batch &batch, const WavePush &push) {
   device_.vkCmdFillBuffer(commands, counters_->handle(), 0, VK_WHOLE_SIZE, 0);
-  barrier(commands);
+  all_barrier(device_, commands);
   const std::uint64_t rays = (WAVE_COUNTS + WAVE_RAYS) * sizeof(uint);
   device_.vkCmdFillBuffer(commands, counters_->handle(), rays, sizeof(uint), batch.lanes());
-  barrier(commands);
+  all_barrier(device_, commands);
   dispatch(commands, Stage::kBegin, push, batch.lanes());
 }
 
@@ -470,70 +403,7 @@ void WavefrontOnCard::adapt(double seconds, bool full) {
   }
 }
 
-// Adds the card's sums to the tiles.
-void WavefrontOnCard::read_film(std::span<FilmTile> tiles, std::uint32_t count) {
-  device_.run([&](VkCommandBuffer commands) {
-    barrier(commands);
-    std::uint64_t offset = 0;
-    for (std::size_t i = 1; i < film_buffers_.size(); ++i) {
-      const VkBufferCopy region{0, offset, film_buffers_[i]->size()};
-      device_.vkCmdCopyBuffer(commands, film_buffers_[i]->handle(), film_host_->handle(), 1, &region);
-      offset += region.size;
-    }
-  });
-  FilmTile staged;
-  std::size_t pixel = 0;
-  for (FilmTile &tile : tiles) {
-    if (tile.to_sample().empty()) continue;
-    staged.clear_as(tile);
-    for (const std::uint16_t i : tile.to_sample()) take_pixel(staged, pixel++, i);
-    tile.add(staged, count);
-  }
-}
-
-// Pixel number `pixel` of those that were placed becomes pixel i of its tile.
-void WavefrontOnCard::take_pixel(FilmTile &staged, std::size_t pixel, std::size_t i) const {
-  const std::byte *at = film_host_->data();
-  const auto next = [&]<class T>(std::size_t each, T *) {
-    const T *array = reinterpret_cast<const T *>(at) + pixel * each;
-    at += film_pixels_ * each * sizeof(T);
-    return array;
-  };
-  staged.pixels[i] = *next(1, static_cast<FilmPixel *>(nullptr));
-  if (job_.passes.error) staged.odd[i] = *next(1, static_cast<vec3 *>(nullptr));
-  if (has(FEATURE_DATA_PASSES)) {
-    const WaveRecord &r = *next(1, static_cast<WaveRecord *>(nullptr));
-    if (!staged.nearest.empty() && r.hit > 0.0f) {
-      staged.nearest[i] = {r.distance2, r.depth, r.position, r.object_index, r.material_index};
-    }
-    if (!staged.surface.empty()) staged.surface[i] = {r.normal, r.uv, r.uv_coverage, r.diffuse_color};
-    if (!staged.emission.empty()) staged.emission[i] = r.emission;
-    if (!staged.environment.empty()) staged.environment[i] = r.environment;
-    if (!staged.shadow.empty()) staged.shadow[i] = {r.lit, r.unshadowed};
-    if (!staged.occlusion.empty()) staged.occlusion[i] = r.occlusion;
-  }
-  const std::size_t groups = job_.passes.light_groups;
-  if (groups > 0) std::copy_n(next(groups, static_cast<vec3 *>(nullptr)), groups, staged.groups.begin() + i * groups);
-  const std::size_t lamps = job_.passes.lamps;
-  if (lamps > 0) std::copy_n(next(lamps, static_cast<vec3 *>(nullptr)), lamps, staged.lamps.begin() + i * lamps);
-  if (job_.passes.terms) {
-    const WaveTerms &terms = *next(1, static_cast<WaveTerms *>(nullptr));
-    staged.terms[i] = {terms.d, terms.g, terms.f};
-  }
-}
-
 // ---- Commands
-
-// What was written before may be read after, by whatever stage.
-void WavefrontOnCard::barrier(VkCommandBuffer commands) const {
-  VkMemoryBarrier memory{};
-  memory.sType = VK_STRUCTURE_TYPE_MEMORY_BARRIER;
-  memory.srcAccessMask = VK_ACCESS_MEMORY_WRITE_BIT;
-  memory.dstAccessMask = VK_ACCESS_MEMORY_READ_BIT | VK_ACCESS_MEMORY_WRITE_BIT;
-  constexpr VkPipelineStageFlags stages =
-      VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT | VK_PIPELINE_STAGE_TRANSFER_BIT | VK_PIPELINE_STAGE_DRAW_INDIRECT_BIT;
-  device_.vkCmdPipelineBarrier(commands, stages, stages, 0, 1, &memory, 0, nullptr, 0, nullptr);
-}
 
 void WavefrontOnCard::bind(VkCommandBuffer commands, Stage stage, const WavePush &push) const {
   device_.vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, (*pipelines_)[stage]);
@@ -543,19 +413,17 @@ void WavefrontOnCard::bind(VkCommandBuffer commands, Stage stage, const WavePush
 void WavefrontOnCard::dispatch(VkCommandBuffer commands, Stage stage, const WavePush &push, std::uint32_t items) const {
   bind(commands, stage, push);
   device_.vkCmdDispatch(commands, (items + WAVE_GROUP_SIZE - 1) / WAVE_GROUP_SIZE, 1, 1);
-  barrier(commands);
+  all_barrier(device_, commands);
 }
 
 // Over the lanes of push.queue, which wave_prepare.comp has counted.
 void WavefrontOnCard::dispatch_queue(VkCommandBuffer commands, Stage stage, const WavePush &push) const {
   bind(commands, stage, push);
   device_.vkCmdDispatchIndirect(commands, counters_->handle(), 3 * push.queue * sizeof(uint));
-  barrier(commands);
+  all_barrier(device_, commands);
 }
 
 }  // namespace
-
-std::size_t film_pixels_at_once(const Physical &physical) { return is_cpu(physical) ? kFilmPixelsOfCpu : kFilmPixels; }
 
 std::unique_ptr<Wavefront> make_wavefront(const Scene &scene, const RenderJob &job, const DeviceChoice &choice,
                                           std::shared_ptr<Instance> instance, const Physical &physical, bool ray_query,

@@ -24,9 +24,6 @@ class Wavefront : public Workspace {
   virtual bool render(std::span<FilmTile> tiles, std::uint32_t first, std::uint32_t count, RayCounts &counts) = 0;
 };
 
-// Pixels whose sums are on the card at once.
-std::size_t film_pixels_at_once(const Physical &physical);
-
 // Copies the scene to the card and compiles the kernels, which trace by ray queries or a BVH of ours. `job` must
 // outlive the result. Throws DeviceError.
 std::unique_ptr<Wavefront> make_wavefront(const Scene &scene, const RenderJob &job, const DeviceChoice &choice,
