@@ -32,6 +32,8 @@ NAME = 'VK_LAYER_COTORRA_lost'
 @pytest.fixture(scope='module')
 def layer(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The folder of the layer's manifest."""
+    if vulkan.lavapipe_driver() is None:
+        pytest.skip('lavapipe is not installed (on Debian: apt-get install mesa-vulkan-drivers)')
     library = build_module('lost_layer', ['tests/native/lost_layer.cpp'])
     manifest = {
         'name': NAME,
@@ -49,10 +51,7 @@ def layer(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture
 def module(layer: Path) -> Iterator[ModuleType]:
-    driver = vulkan.lavapipe_driver()
-    if driver is None:
-        pytest.skip('lavapipe is not installed (on Debian: apt-get install mesa-vulkan-drivers)')
-    with vulkan.only(driver), pytest.MonkeyPatch.context() as patch:
+    with vulkan.only(vulkan.lavapipe_driver()), pytest.MonkeyPatch.context() as patch:
         patch.setenv('VK_LAYER_PATH', str(layer))
         patch.setenv('VK_INSTANCE_LAYERS', NAME)
         yield native.load()
