@@ -150,6 +150,7 @@ def test_ctrl_c_in_a_script_is_an_error_that_says_so(scene):
     """In the bpy module Ctrl-C is Python's; the render must end soon, in order, and not look like a success."""
     fake_native.configure('sample_seconds=0.02')
     scene.view_layers.new('Second')
+    signal.signal(signal.SIGINT, signal.default_int_handler)  # shells let what runs in the background ignore it
     threading.Timer(0.4, os.kill, (os.getpid(), signal.SIGINT)).start()
     start = time.perf_counter()
     with pytest.raises(RuntimeError, match='Interrupted by Ctrl-C'):
