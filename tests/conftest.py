@@ -10,6 +10,7 @@ import importlib.util
 import sys
 from collections.abc import Iterator
 from pathlib import Path
+from types import ModuleType
 
 import pytest
 
@@ -49,3 +50,20 @@ def fake(monkeypatch: pytest.MonkeyPatch) -> None:
     fake_native.reset()
     monkeypatch.setattr(native, 'load', lambda: fake_native)
     monkeypatch.setattr(native, 'embree_library', lambda: 'libembree4.so')
+
+
+@pytest.fixture(scope='module')
+def module() -> Iterator[ModuleType]:
+    """The native module, whose Vulkan is lavapipe under validation; the test is skipped where there is none."""
+    import vulkan_jobs
+
+    yield from vulkan_jobs.opened()
+
+
+@pytest.fixture(params=['SOFTWARE', 'HARDWARE'])
+def tracing(request: pytest.FixtureRequest, module: ModuleType) -> str:
+    """RenderSettings.ray_tracing, for tests that run with both builds of the stages that trace."""
+    import vulkan_jobs
+
+    vulkan_jobs.require(module, request.param)
+    return request.param

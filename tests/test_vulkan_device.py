@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import os
 import time
-from collections.abc import Iterator
 from dataclasses import replace
 from types import ModuleType
 
@@ -20,7 +19,6 @@ from cotorra import demos
 from cotorra.export.buffers import Image, RenderSettings
 
 import texture_scenes
-import vulkan_jobs
 from scenes import build
 from scenes.rich import rich_scene
 from vulkan_jobs import ROUNDING, Job, compare, compare_tiles, job_of
@@ -30,18 +28,6 @@ pytestmark = pytest.mark.usefixtures('engine')
 # Passes that the device has beside Combined.
 DATA = ('depth', 'position', 'normal', 'uv', 'object_index', 'material_index', 'diffuse_color')
 DATA += ('emission', 'environment', 'shadow')
-
-
-@pytest.fixture(scope='module')
-def module() -> Iterator[ModuleType]:
-    yield from vulkan_jobs.opened()
-
-
-@pytest.fixture(params=vulkan_jobs.TRACINGS)
-def tracing(request: pytest.FixtureRequest, module: ModuleType) -> str:
-    """RenderSettings.ray_tracing: each test runs with both builds of the stages that trace."""
-    vulkan_jobs.require(module, request.param)
-    return request.param
 
 
 # Demo, integrator, share of pixels that may hold a flipped sample (box_room has a cube in the plane of its floor, and

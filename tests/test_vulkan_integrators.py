@@ -8,7 +8,6 @@ draw the same random numbers; see test_vulkan_device.py for where they may diffe
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterator
 from types import ModuleType
 from typing import Any
 
@@ -31,11 +30,6 @@ TERMS = ('term_d', 'term_g', 'term_f')
 LINES = ('outline_normal', 'outline_depth', 'outline_object')
 # Share of pixels that may hold a flipped sample, where the scene has no two surfaces in one plane: a few edges.
 FEW = 0.005
-
-
-@pytest.fixture(scope='module')
-def module() -> Iterator[ModuleType]:
-    yield from vulkan_jobs.opened()
 
 
 def tiles(picture: np.ndarray) -> np.ndarray:
@@ -178,6 +172,7 @@ def test_terms_and_lamps_of_direct_light(module: ModuleType) -> None:
     scene.world = None
     found, stats = same(apart(module, scene, 'DIRECT'))
     assert 'terms' in stats['features']
+    # The same float32 terms, summed in another order.
     assert np.allclose(sum_of_lamps(found), found['combined'][..., :3], rtol=1e-4, atol=1e-6)
 
 
@@ -197,6 +192,7 @@ def test_terms_and_lamps_of_paths(module: ModuleType) -> None:
     names = (*job.settings.passes, *TERMS, 'light:0', 'light:1', 'light:2')
     found, _ = same(Job(module, job.buffers, job.camera, dataclasses.replace(job.settings, passes=names)), 0.06)
     lamps, groups = sum_of_lamps(found), found['lightgroup:0']
+    # The same float32 terms, summed in another order.
     assert np.allclose(lamps, groups, rtol=1e-4, atol=1e-5), 'all lamps are in one light group'
 
 

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import os
 import time
-from collections.abc import Iterator
 from dataclasses import replace
 from types import ModuleType
 from typing import Any
@@ -20,7 +19,6 @@ import pytest
 from cotorra import demos
 from cotorra.export.buffers import RenderSettings
 
-import vulkan_jobs
 from classic_scenes import GLASS, MIRROR, Lamp, Material, box, camera, exported, quad, sphere
 from scenes import build
 from scenes.rich import rich_scene
@@ -33,18 +31,6 @@ WINE = replace(GLASS, base_color=(0.9, 0.6, 0.8), model={'absorption': (0.5, 2.0
 STUDY = Material(base_color=(0.3, 0.5, 0.2), model={'model': 1, 'kr': 0.3, 'kt': 0.5})
 FLIPS = 0.005  # share of the pixels that may hold a sample that met another surface
 DATA = ('depth', 'normal', 'diffuse_color', 'emission', 'environment', 'shadow')
-
-
-@pytest.fixture(scope='module')
-def module() -> Iterator[ModuleType]:
-    yield from vulkan_jobs.opened()
-
-
-@pytest.fixture(params=vulkan_jobs.TRACINGS)
-def tracing(request: pytest.FixtureRequest, module: ModuleType) -> str:
-    """RenderSettings.ray_tracing, for tests that run with both builds of the stages that trace."""
-    vulkan_jobs.require(module, request.param)
-    return request.param
 
 
 def table(module: ModuleType, size: tuple[int, int] = (64, 48), **settings: Any) -> Job:
