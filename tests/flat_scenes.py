@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A square that fills a picture of a few pixels and shines with what its node tree says: its colour tells what was read.
+"""A square that fills a few pixels and shines with what its node tree says: its colour tells what was read.
 
 Both engines take hundredths of a second for it. What is right is said in the tests.
 """
