@@ -28,7 +28,7 @@ TYPED = {
     'Float': 2.7,
     'Int': 3,
     'Bool': True,
-    'Vector': (1.5, 0.2, -0.3),
+    'Vector': (1.5, 0.2, -2.3),  # true, though its mean is negative
 }
 
 
