@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
+from functools import cache
 
 import bpy
 
@@ -380,21 +381,18 @@ def differences(
     """
     if settings is None:  # the Cycles add-on is disabled
         return
-    properties = settings.bl_rna.properties
-    for entry in GROUPS[properties_of(settings)].named:
-        value = getattr(settings, entry.name, None)
-        if entry.name not in properties or value in entry.same:
+    for entry in _named(type(settings)):
+        value = getattr(settings, entry.name, entry.same[0])  # not each Blender has all of them
+        if value in entry.same:
             continue
         if entry.matters is None or entry.matters(settings, scene):
-            yield entry, value, value == getattr(properties[entry.name], 'default', None)
+            yield entry, value, value == getattr(settings.bl_rna.properties[entry.name], 'default', None)
 
 
-def properties_of(settings: bpy.types.bpy_struct) -> str:
-    """Which of GROUPS a group of settings is."""
-    rna = settings.bl_rna
-    while rna.identifier not in GROUPS:
-        rna = rna.base
-    return rna.identifier
+@cache
+def _named(kind: type[bpy.types.bpy_struct]) -> tuple[Named, ...]:
+    """What is named of a type of group. There may be many objects: they are asked for nothing else."""
+    return GROUPS[kind.bl_rna.identifier].named
 
 
 def warn_owner(owner: str, settings: bpy.types.bpy_struct | None, scene: bpy.types.Scene | None, log: Log) -> None:
