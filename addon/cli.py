@@ -77,7 +77,13 @@ def parser() -> argparse.ArgumentParser:
     line.add_argument('--samples', type=whole(1, choices.SAMPLES_MAX), metavar='N', help='rays for each pixel')
     line.add_argument('--seed', type=whole(0, choices.SEED_MAX), metavar='N')
     names = [identifier for identifier, _, _ in choices.INTEGRATORS]
-    line.add_argument('--integrator', type=str.upper, choices=names, metavar='NAME', help=', '.join(names).lower())
+    line.add_argument(
+        '--integrator',
+        type=str.upper,
+        choices=names,
+        metavar='NAME',
+        help=f"{', '.join(names).lower()} (default: the file's; path where it was never set)",
+    )
     models = [identifier for identifier, _, _ in choices.MODELS]
     line.add_argument(
         '--model',

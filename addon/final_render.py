@@ -108,6 +108,7 @@ class RenderJob:
         self.scene = depsgraph.scene_eval
         self.layer = depsgraph.view_layer_eval
         self.result: bpy.types.RenderResult | None = None
+        self.film: dict[str, float | None] = {}  # see settings.film
         self.start = time.perf_counter()
         self.memory = stats.MemoryMeter()
         self.stats = stats.LayerStats(self.layer.name, self.scene.frame_current)
@@ -147,7 +148,10 @@ class RenderJob:
             raise ValueError(f'the camera renders {camera.region}, but Blender wants {size}')
         buffers = export.export_scene(self.depsgraph, self.scene, self.layer, self.log)
         sources = passes.native_sources(self.result, buffers.light_groups, lamps.pass_numbers(self.layer))
-        render_settings = settings.render_settings(self.scene, self.layer, tuple(dict.fromkeys(sources.values())))
+        render_settings = settings.render_settings(
+            self.scene, self.layer, tuple(dict.fromkeys(sources.values())), self.log
+        )
+        self.film = settings.film(self.scene, self.log)
         self.stats.describe(size, self.scene.cotorra.device, render_settings)
         self.stats.sync_seconds = time.perf_counter() - began
         self.memory.sample()
@@ -178,7 +182,7 @@ class RenderJob:
                 self.render(session, render_settings, sources)
             except module.DeviceError as error:
                 if session.progress() > 0.0:
-                    passes.write(session, self.result, sources, render_settings.samples, **self.film())
+                    passes.write(session, self.result, sources, render_settings.samples, **self.film)
                 self.fall_back(module, native_scene, render_settings, error, session)
                 session.continue_on_cpu()
                 self.render(session, render_settings, sources)
@@ -216,12 +220,8 @@ class RenderJob:
         self.stats.device = f'{device}, CPU' if done else 'CPU'
         self.reporter.phase('Rendering')
 
-    def film(self) -> dict[str, float]:
-        """What passes.write does with the light of the film."""
-        return {'exposure': passes.film_exposure(self.scene), 'white': passes.reinhard_white(self.scene)}
-
     def render(self, session: Any, render_settings: RenderSettings, sources: dict[str, str]) -> None:
-        film = self.film()
+        film = self.film
         show_pictures = in_window()
         next_picture, pause = time.perf_counter() + FIRST_PICTURE_SECONDS, PICTURE_SECONDS
         session.start()

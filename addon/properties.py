@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The settings that a .blend file keeps for Cotorra: `scene.cotorra` and `view_layer.cotorra`, and where all hang.
 
-Defaults follow Cycles where a setting of Cycles has the same meaning; nothing is read from Cycles' own settings.
+Defaults follow Cycles where a setting of Cycles has the same meaning. Which of Cycles' own settings are read beside
+these, or in their place where they were never set, is told in cycles_settings.py and settings.py.
 """
 
 from __future__ import annotations
@@ -26,6 +27,9 @@ from .material_settings import tag_owner as tag_scene
 
 def switch(name: str, description: str, default: bool = False) -> BoolProperty:
     return BoolProperty(name=name, description=description, default=default, update=tag_scene)
+
+
+AS_CYCLES = "Until it is set, the scene's limit for Cycles holds"
 
 
 class CotorraSceneSettings(bpy.types.PropertyGroup):
@@ -56,7 +60,7 @@ class CotorraSceneSettings(bpy.types.PropertyGroup):
         name='Integrator',
         description='How much of the light in the scene is followed',
         items=INTEGRATORS,
-        default='DIRECT',
+        default='PATH',
         update=tag_scene,
     )
     device: EnumProperty(
@@ -89,7 +93,7 @@ class CotorraSceneSettings(bpy.types.PropertyGroup):
     )
     max_bounces: IntProperty(
         name='Total',
-        description='Reflections that light may take on its way at most, of all kinds together',
+        description=f'Reflections that light may take on its way at most, of all kinds together. {AS_CYCLES}',
         default=12,
         min=0,
         max=BOUNCES_MAX,
@@ -98,7 +102,7 @@ class CotorraSceneSettings(bpy.types.PropertyGroup):
     )
     diffuse_bounces: IntProperty(
         name='Diffuse',
-        description='Diffuse reflections that light may take on its way at most',
+        description=f'Diffuse reflections that light may take on its way at most. {AS_CYCLES}',
         default=4,
         min=0,
         max=BOUNCES_MAX,
@@ -107,7 +111,7 @@ class CotorraSceneSettings(bpy.types.PropertyGroup):
     )
     glossy_bounces: IntProperty(
         name='Glossy',
-        description='Glossy reflections that light may take on its way at most',
+        description=f'Glossy reflections that light may take on its way at most. {AS_CYCLES}',
         default=4,
         min=0,
         max=BOUNCES_MAX,
@@ -116,7 +120,7 @@ class CotorraSceneSettings(bpy.types.PropertyGroup):
     )
     transparent_bounces: IntProperty(
         name='Transparent',
-        description='Transparent surfaces that a ray may cross at most; the next one stops it',
+        description=f'Transparent surfaces that a ray may cross at most; the next one stops it. {AS_CYCLES}',
         default=8,
         min=0,
         max=BOUNCES_MAX,
@@ -170,7 +174,7 @@ class CotorraSceneSettings(bpy.types.PropertyGroup):
     use_ambient_occlusion: switch('Ambient Occlusion', 'Darken the ambient light where surfaces are near')
     ao_distance: FloatProperty(
         name='Distance',
-        description='How far a surface may be to darken another',
+        description="How far a surface may be to darken another. Until it is set, the world's distance holds",
         subtype='DISTANCE',
         default=10.0,
         min=0.0,

@@ -19,6 +19,7 @@ import numpy as np
 import OpenImageIO as oiio
 import pytest
 from cotorra import cli, demos, settings, terminal
+from cotorra.log import Log
 from cotorra.watch import Progress
 
 from render_calls import read_exr, run_cli, start_cli
@@ -77,7 +78,7 @@ def test_a_graphics_card_and_how_it_traces(engine):
     scene = build.new_scene()
     line = ['render', '--demo', 'box_room', '-o', 'room.exr', '--device', 'vulkan:1', '--ray-tracing', 'software']
     cli.apply(cli.parser().parse_args(line), scene)
-    found = settings.render_settings(scene, bpy.context.view_layer, ())
+    found = settings.render_settings(scene, bpy.context.view_layer, (), Log())
     assert (found.device, found.device_index, found.ray_tracing) == ('VULKAN', 1, 'SOFTWARE')
 
 

@@ -284,4 +284,4 @@ def test_world_that_is_not_finite() -> None:
     build.world(scene, strength=float('nan'))
     log = Log()
     assert exported(scene, log).world.color == (0, 0, 0)
-    assert log.texts('WARNING') == ['World "World": its colour is not a finite number: black is used']
+    assert log.texts('WARNING') == ['World "World": its colour is not a finite number; 0 0 0 is used']

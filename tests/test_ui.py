@@ -132,6 +132,15 @@ def test_an_integrator_shows_its_own_settings(integrator):
             assert not (names - OWN[integrator] - ambient) & found
 
 
+def test_limits_of_cycles_are_shown_where_they_hold():
+    scene = build.new_scene()
+    assert not [text for text in drawn('COTORRA_RENDER_PT_integrator') if 'Not set here' in text]  # they are the same
+    scene.cycles.max_bounces, scene.cycles.transparent_max_bounces = 3, 5
+    assert 'Not set here, so as for Cycles: Total 3, Transparent 5' in drawn('COTORRA_RENDER_PT_integrator')
+    scene.cotorra.max_bounces = 12
+    assert 'Not set here, so as for Cycles: Transparent 5' in drawn('COTORRA_RENDER_PT_integrator')
+
+
 def test_lamps_show_falloff_and_edge():
     build.new_scene()
     light = bpy.data.lights.new('Spot', 'SPOT')

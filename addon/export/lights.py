@@ -6,6 +6,7 @@ Radiance is derived in the native module. Emissive meshes are materials, the wor
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import bpy
@@ -14,9 +15,10 @@ import numpy as np
 from .. import compat
 from ..lamps import pass_names, pass_numbers
 from ..log import Log
+from . import bounds
 from .beams import Beam, beam_arrays, read_beam
 from .buffers import F32, I32, LIGHT_POINT, LIGHT_SPOT, LIGHT_SUN, Lights
-from .closures import Color
+from .closures import BLACK, Color
 from .nodes import Trees, node_inputs, output_node
 from .surface import Reader, read_closure
 
@@ -47,27 +49,30 @@ class Lamp:
 def read_lamp(obj: bpy.types.Object, visibility: int, light_group: int, trees: Trees, log: Log) -> Lamp | None:
     """The lamp of a light object, or None where it gives no light or is of a kind that is not supported yet."""
     light = obj.data
+    settings = getattr(light, 'cycles', None)  # absent where the Cycles add-on is disabled
+    if light.type == 'AREA' and getattr(settings, 'is_portal', False):
+        return None  # it shows where the world's light comes in, and gives none itself
     if light.type not in TYPES:
         log.warning(f'Light "{obj.name}": {light.type.lower()} lights are not supported yet: left out')
         return None
-    strength = _strength(light, obj.name, trees, log)
+
+    def warn(text: str) -> None:
+        log.warning(f'Light "{obj.name}": {text}')
+
+    strength = _strength(light, trees, warn)
     if not any(strength) or not visibility:
-        return None
-    if not np.isfinite(strength).all():
-        log.warning(f'Light "{obj.name}": its strength is not a finite number: left out')
         return None
     beam = read_beam(light, obj.name, log)
     if beam is None:
         return None
     spot = light.type == 'SPOT'
-    settings = getattr(light, 'cycles', None)  # absent where the Cycles add-on is disabled
     return Lamp(
         name=obj.name,
         type=TYPES[light.type],
         strength=strength,
-        size=max(light.angle if light.type == 'SUN' else light.shadow_soft_size, 0.0),
-        spot_size=light.spot_size if spot else 0.0,
-        spot_blend=light.spot_blend if spot else 0.0,
+        size=bounds.of_property(light, 'angle' if light.type == 'SUN' else 'shadow_soft_size', warn, 0.0),
+        spot_size=bounds.of_property(light, 'spot_size', warn, 0.0) if spot else 0.0,
+        spot_blend=bounds.of_property(light, 'spot_blend', warn, 0.0, 1.0) if spot else 0.0,
         soft_falloff=light.type != 'SUN' and light.use_soft_falloff,
         normalize=light.normalize,
         cast_shadow=light.use_shadow and getattr(settings, 'cast_shadow', True),
@@ -118,13 +123,10 @@ def _pass_indices(names: list[str], view_layer: bpy.types.ViewLayer) -> I32 | No
     return np.array([numbers.get(pass_of.get(name, ''), -1) for name in names], np.int32)
 
 
-def _strength(light: bpy.types.Light, name: str, trees: Trees, log: Log) -> Color:
-    """Colour × temperature colour × energy × 2^exposure × the light's node tree."""
-
-    def warn(text: str) -> None:
-        log.warning(f'Light "{name}": {text}')
-
-    color = np.array(light.color, np.float64) * light.energy * 2.0**light.exposure
+def _strength(light: bpy.types.Light, trees: Trees, warn: Callable[[str], None]) -> Color:
+    """Colour × temperature colour × energy × 2^exposure × the light's node tree; black where it is no number."""
+    with np.errstate(all='ignore'):
+        color = np.array(light.color, np.float64) * light.energy * np.exp2(np.float64(light.exposure))
     if light.use_temperature:
         color *= light.temperature_color
     tree = compat.node_tree(light)
@@ -134,11 +136,14 @@ def _strength(light: bpy.types.Light, name: str, trees: Trees, log: Log) -> Colo
         inputs = node_inputs(output) if output is not None else {}
         color *= read_closure(reader, inputs.get('Surface')).emission
         reader.report()
-    return tuple(float(part) for part in color)
+    if not np.isfinite(color).all():
+        warn('its strength is not a finite number: left out')
+        return BLACK
+    return bounds.color(color, BLACK, 'its strength', warn)
 
 
 def _usable(transforms: F32) -> np.ndarray:
     """Which transforms are finite and invertible: a lamp needs all its axes for its direction and its cone."""
-    finite = np.isfinite(transforms).all(axis=(1, 2))
+    finite = (np.abs(transforms) <= bounds.LARGEST).all(axis=(1, 2))
     linear = np.where(finite[:, None, None], transforms[:, :, :3], 0.0).astype(np.float64)
     return finite & (np.linalg.det(linear) != 0.0)

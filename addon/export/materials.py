@@ -12,8 +12,9 @@ from dataclasses import dataclass, field
 import bpy
 import numpy as np
 
-from .. import compat
+from .. import compat, cycles_settings
 from ..log import Log
+from . import bounds
 from .buffers import TEXTURED_INPUTS, U32, Materials, MaterialTextures
 from .closures import Bsdf, diffuse, principled
 from .images import ImageTable
@@ -121,7 +122,7 @@ def material_arrays(table: MaterialTable, layers: Layers, scene: bpy.types.Scene
         name: np.array([_typical(value, name) for value in values], np.float32) for name, values in floats.items()
     }
     for name, values in arrays.items():
-        _replace_not_finite(name, values, rows, table.log)
+        bounds.column(values, values[0].copy(), name, _warner(rows, table.log))
     materials = Materials(
         **arrays,
         multi_ggx=np.array([bsdf.multi_ggx for bsdf in bsdfs], np.uint32),
@@ -130,12 +131,12 @@ def material_arrays(table: MaterialTable, layers: Layers, scene: bpy.types.Scene
         emission_sides=np.array([row.emission_sides for row in rows], np.uint32),
         names=tuple(row.name for row in rows),
         models=model_arrays(table.owners, scene, table.log),
-        textures=texture_arrays(rows, layers),
+        textures=texture_arrays(rows, layers, table.log),
     )
     return materials, np.array(table.slots, np.uint32)
 
 
-def texture_arrays(rows: list[Row], layers: Layers) -> MaterialTextures | None:
+def texture_arrays(rows: list[Row], layers: Layers, log: Log) -> MaterialTextures | None:
     """The images that materials read; each lookup once. None where there are none."""
     index: dict[Texture, int] = {}
     inputs = np.full((len(rows), len(TEXTURED_INPUTS)), -1, np.int32)
@@ -145,13 +146,27 @@ def texture_arrays(rows: list[Row], layers: Layers) -> MaterialTextures | None:
     if not index:
         return None
     normals = [row.bsdf.normal or NO_NORMAL_MAP for row in rows]
+    slots = slot_array(index, layers.uv_layers)
+    for name in ('scale', 'offset', 'mapping_s', 'mapping_t'):
+
+        def warn_user(slot: int, text: str) -> None:
+            user = np.flatnonzero((inputs == slot).any(axis=1))[0]
+            log.warning(f'Material "{rows[user].name}", texture: {text}')
+
+        bounds.column(slots[name], 0.0, name, warn_user)
+    strengths = np.array([normal.strength for normal in normals], np.float32)
+    bounds.column(strengths, 1.0, 'strength of its normal map', _warner(rows, log))
     return MaterialTextures(
-        slots=slot_array(index, layers.uv_layers),
+        slots=slots,
         inputs=inputs,
-        normal_strength=np.array([normal.strength for normal in normals], np.float32),
+        normal_strength=strengths,
         normal_tangent=np.array([layers.tangent(row.bsdf.normal) for row in rows], np.uint32),
         normal_space=np.array([normal.space for normal in normals], np.uint32),
     )
+
+
+def _warner(rows: list[Row], log: Log) -> Callable[[int, str], None]:
+    return lambda row, text: log.warning(f'Material "{rows[row].name}": {text}')
 
 
 def _typical(value: Color | float | Texture, name: str) -> Color | float:
@@ -172,7 +187,10 @@ def _read(material: bpy.types.Material, table: MaterialTable) -> Row:
         bsdf, emission, alpha, sides = diffuse(tuple(material.diffuse_color)[:3]), BLACK, 1.0, 3
     else:
         bsdf, emission, alpha, sides = _read_tree(tree, table, warn)
+    if alpha != 1.0:
+        cycles_settings.warn_owner(f'Material "{material.name}"', material, None, table.log)
     settings = getattr(material, 'cycles', None)  # absent where the Cycles add-on is disabled
+    cycles_settings.warn_owner(f'Material "{material.name}"', settings, None, table.log)
     sampled = getattr(settings, 'emission_sampling', 'AUTO') != 'NONE'
     return Row(material.name, bsdf, emission, alpha, material.pass_index, sampled, sides)
 
@@ -206,11 +224,3 @@ def _read_tree(
 
 def _silent(text: str) -> None:
     """Messages about back faces: what they share with the front has been told."""
-
-
-def _replace_not_finite(name: str, values: np.ndarray, rows: list[Row], log: Log) -> None:
-    """A driver can set a socket to NaN or infinity: use the default material's value there."""
-    bad = ~np.isfinite(values).reshape(len(rows), -1).all(axis=1)
-    for index in np.flatnonzero(bad):
-        log.warning(f'Material "{rows[index].name}": {name} is not a finite number; the default is used')
-    values[bad] = values[0]

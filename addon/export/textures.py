@@ -205,7 +205,8 @@ def _dot(a: Color, b: Color) -> float:
 
 def _above(limit: float) -> float:
     """The next number of single precision: "above" as "from there on"."""
-    return float(np.nextafter(np.float32(limit), np.float32(np.inf)))
+    with np.errstate(over='ignore'):
+        return float(np.nextafter(np.float32(limit), np.float32(np.inf)))
 
 
 # ---- Arrays.

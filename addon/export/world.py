@@ -7,10 +7,10 @@ Environment textures and skies are not read yet; they are reported, and the sock
 from __future__ import annotations
 
 import bpy
-import numpy as np
 
-from .. import compat
+from .. import compat, cycles_settings
 from ..log import Log
+from . import bounds
 from .buffers import (
     VISIBLE_CAMERA,
     VISIBLE_DIFFUSE,
@@ -40,6 +40,7 @@ def read_world(
     world = getattr(view_layer, 'world_override', None) or scene.world  # 5.x can override it
     if world is None or not view_layer.use_sky:
         return World()
+    cycles_settings.warn_world(world, scene, log)
     flags = getattr(world, 'cycles_visibility', None)  # absent where the Cycles add-on is disabled
     visibility = VISIBLE_SHADOW | sum(bit for name, bit in VISIBILITY.items() if getattr(flags, name, True))
     return World(_color(world, trees, log), visibility, groups.get(world.lightgroup, -1))
@@ -51,7 +52,7 @@ def _color(world: bpy.types.World, trees: Trees, log: Log) -> Color:
 
     tree = compat.node_tree(world)
     if tree is None:
-        return tuple(world.color)
+        return bounds.color(world.color, BLACK, 'its colour', warn)
     output = output_node(tree)
     inputs = node_inputs(output) if output is not None else {}
     reader = Reader(trees, warn)
@@ -59,7 +60,4 @@ def _color(world: bpy.types.World, trees: Trees, log: Log) -> Color:
     reader.leave_out_linked(inputs, 'Volume')
     reader.report()
     warn_missing_images(tree, warn)
-    if not np.isfinite(color).all():
-        warn('its colour is not a finite number: black is used')
-        return BLACK
-    return color
+    return bounds.color(color, BLACK, 'its colour', warn)

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import bpy
 
+from .. import cycles_settings
 from .panel import CotorraPanel, split_layout
 
 
@@ -66,16 +67,24 @@ class COTORRA_RENDER_PT_outlines(CotorraPanel, bpy.types.Panel):
         where.prop(settings, 'outline_object')
 
 
+def draw_inherited(layout: bpy.types.UILayout, settings: bpy.types.PropertyGroup, *names: str) -> None:
+    """Settings in whose place those for Cycles hold until they are set, with these where they differ."""
+    used = {name: cycles_settings.inherited(settings.id_data, name) for name in names}
+    for name in names:
+        layout.prop(settings, name)
+    others = [name for name in names if used[name] != getattr(settings, name)]
+    if others:
+        shown = ', '.join(f'{settings.bl_rna.properties[name].name} {used[name]:g}' for name in others)
+        layout.label(text=f'Not set here, so as for Cycles: {shown}', icon='INFO')
+
+
 def draw_direct(layout: bpy.types.UILayout, settings: bpy.types.PropertyGroup) -> None:
-    layout.prop(settings, 'transparent_bounces')
+    draw_inherited(layout, settings, 'transparent_bounces')
 
 
 def draw_path(layout: bpy.types.UILayout, settings: bpy.types.PropertyGroup) -> None:
     bounces = layout.column(align=True, heading='Bounces')
-    bounces.prop(settings, 'max_bounces')
-    bounces.prop(settings, 'diffuse_bounces')
-    bounces.prop(settings, 'glossy_bounces')
-    bounces.prop(settings, 'transparent_bounces')
+    draw_inherited(bounces, settings, 'max_bounces', 'diffuse_bounces', 'glossy_bounces', 'transparent_bounces')
 
 
 def draw_whitted(layout: bpy.types.UILayout, settings: bpy.types.PropertyGroup) -> None:
@@ -86,7 +95,7 @@ def draw_whitted(layout: bpy.types.UILayout, settings: bpy.types.PropertyGroup) 
 
 
 def draw_occlusion(layout: bpy.types.UILayout, settings: bpy.types.PropertyGroup) -> None:
-    layout.prop(settings, 'ao_distance')
+    draw_inherited(layout, settings, 'ao_distance')
 
 
 def draw_toon(layout: bpy.types.UILayout, settings: bpy.types.PropertyGroup) -> None:
