@@ -45,8 +45,7 @@ class Reporter:
         memory = self._memory.sample()
         self._engine.update_stats(self._title, name)
         self._engine.update_memory_stats(memory_used=memory / MEBIBYTE, memory_peak=self._memory.peak() / MEBIBYTE)
-        if watch.active is not None:
-            watch.active.progress(watch.Progress(self._layer, name, memory=memory))
+        watch.progress(watch.Progress(self._layer, name, memory=memory))
 
     def rendering(self, session: Any, total_samples: int, last: bool = False) -> None:
         """Samples come in. Cheap where nothing is due."""
@@ -60,9 +59,9 @@ class Reporter:
         remaining = elapsed * (1.0 - fraction) / fraction if fraction > 0.0 else None
         samples = session.samples_done()
         memory = self._memory.sample()
-        if watcher_due and watch.active is not None:
+        if watcher_due:
             self._next_watcher = now + WATCHER_SECONDS
-            watch.active.progress(
+            watch.progress(
                 watch.Progress(self._layer, 'Rendering', fraction, samples, total_samples, elapsed, remaining, memory)
             )
         if window_due:

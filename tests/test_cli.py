@@ -18,7 +18,7 @@ import bpy
 import numpy as np
 import OpenImageIO as oiio
 import pytest
-from cotorra import cli, demos, settings, terminal
+from cotorra import cli, demos, outputs, settings, terminal
 from cotorra.watch import Progress
 
 from render_calls import read_exr, run_cli, start_cli
@@ -132,7 +132,7 @@ def test_a_range_of_frames(blend, tmp_path, output, names):
 
 def test_names_of_frames():
     def named(pattern, frame, several=False):
-        return str(cli.frame_path(Path('d') / pattern, frame, several).relative_to('d'))
+        return str(outputs.frame_path(Path('d') / pattern, frame, several).relative_to('d'))
 
     assert named('o.png', 7) == 'o.png'
     assert named('o.png', 7, several=True) == 'o0007.png'
@@ -147,7 +147,7 @@ def test_names_of_frames():
     [
         ((), 'required'),
         (('render', '--demo', 'box_room'), '-o'),
-        (('render', '-o', 'o.png'), 'FILE.blend'),
+        (('render', '-o', 'o.png'), 'FILE'),
         (('render', '--demo', 'nothing', '-o', 'o.png'), "'nothing'"),
         (('render', '--demo', 'box_room', '-o', 'o.jpg'), 'o.jpg'),
         (('render', 'a.blend', '--demo', 'box_room', '-o', 'o.png'), 'not allowed'),
