@@ -40,17 +40,20 @@ OPERATORS = {
 # The picture of a file without a camera is taken from the front, the right and above, as product pictures are.
 VIEW_DIRECTION = (-0.55, 1.0, -0.45)
 LENS = 50.0
-MARGIN = 1.1  # the distance at which everything just fits, times this
+MARGIN = 1.2  # times the distance of the nearest point at which everything just fits
 
-# Lights of a file without any: a white wall that faces the sun is as bright as the world makes it, three times over.
-SUN_DIRECTION = (0.2, 0.7, -1.0)
-SUN_STRENGTH = 2.5
+# Lights of a file without any: a sun from the left behind the viewer, and a grey sky that keeps shadows from black.
+SUN_DIRECTION = (0.3, 0.7, -1.0)
+SUN_STRENGTH = 3.0
 SUN_ANGLE = 5.0
-WORLD_COLOR = (0.4, 0.4, 0.4)
+WORLD_COLOR = (0.25, 0.25, 0.25)
 
 # Lines of an importer's log that tell what it could not read.
 PROBLEM = re.compile(r'(?:.*\|\s*)?\b(?:(?:Runtime )?error|warning)\b:?\s*(.*)', re.IGNORECASE)
 PROBLEMS_MAX = 20
+
+# Folders of links that `_plain` made; images are read from them until the process ends.
+_links: list[tempfile.TemporaryDirectory[str]] = []
 
 
 def load(path: Path) -> bpy.types.Scene:
@@ -64,7 +67,8 @@ def load(path: Path) -> bpy.types.Scene:
     module, name = OPERATORS[kind].split('.')
     operator = getattr(getattr(bpy.ops, module), name)
     failure = ''
-    with _plain(path) as plain, _log_taken() as log:
+    plain = _plain(path)
+    with _log_taken() as log:
         try:
             operator(filepath=str(plain))
         except Exception as error:  # RuntimeError from Blender's importers, anything from those that are in Python
@@ -105,38 +109,39 @@ def _add_camera(scene: bpy.types.Scene) -> None:
     found = np.array(corners, np.float64).reshape(-1, 3)
     found = found[np.isfinite(found).all(axis=1)]
     low, high = (found.min(axis=0), found.max(axis=0)) if len(found) else (-np.ones(3), np.ones(3))
-    centre, radius = 0.5 * (low + high), 0.5 * float(np.linalg.norm(high - low)) or 1.0
-
     camera = bpy.data.objects.new('Camera', bpy.data.cameras.new('Camera'))
     scene.collection.objects.link(camera)
     scene.camera = camera
     camera.data.lens = LENS
-    direction = Vector(VIEW_DIRECTION).normalized()
-    camera.rotation_euler = direction.to_track_quat('-Z', 'Y').to_euler()
-    bpy.context.view_layer.update()
-    box = [(x, y, z) for x in (low[0], high[0]) for y in (low[1], high[1]) for z in (low[2], high[2])]
-    place, _ = camera.camera_fit_coords(bpy.context.evaluated_depsgraph_get(), np.array(box, np.float32).ravel())
-    middle = Vector(centre)
-    away = max((middle - place).dot(direction), 2.0 * radius)
-    camera.location = place - direction * (MARGIN - 1.0) * away
-    distance = away * MARGIN
-    camera.data.clip_start = 0.001 * distance
-    camera.data.clip_end = 10.0 * (distance + radius)
+    turn = Vector(VIEW_DIRECTION).to_track_quat('-Z', 'Y')
+    camera.rotation_euler = turn.to_euler()
+    # The corners of the box as the camera sees them from its centre, and how far away each must be to be seen.
+    centre = 0.5 * (low + high)
+    box = np.array([(x, y, z) for x in (0, 1) for y in (0, 1) for z in (0, 1)]) * (high - low) + low
+    seen = (box - centre) @ np.array(turn.to_matrix())
+    frame = np.array(camera.data.view_frame(scene=scene))
+    reach = np.abs(frame[:, :2] / frame[:, 2:]).max(axis=0)
+    nearest = seen[:, 2].max()
+    away = float((np.abs(seen[:, :2]) / reach + seen[:, 2:]).max() - nearest) or 1.0
+    distance = nearest + MARGIN * away
+    camera.location = turn @ Vector((0.0, 0.0, distance)) + Vector(centre)
+    camera.data.clip_start = 0.01 * MARGIN * away
+    camera.data.clip_end = 10.0 * float(distance - seen[:, 2].min())
 
 
-@contextmanager
-def _plain(path: Path) -> Iterator[Path]:
+def _plain(path: Path) -> Path:
     """The file, by a name without backslashes, which importers take for slashes; its neighbours lie beside it."""
-    if os.name != 'posix' or '\\' not in str(path.resolve()):
-        yield path.resolve()
-        return
-    with tempfile.TemporaryDirectory(prefix='cotorra-') as folder:
-        for neighbour in path.resolve().parent.iterdir():
-            (Path(folder) / neighbour.name).symlink_to(neighbour)
-        plain = Path(folder) / path.name.replace('\\', '_')
-        if not plain.exists():
-            plain.symlink_to(path.resolve())
-        yield plain
+    path = path.resolve()
+    if os.name != 'posix' or '\\' not in str(path):
+        return path
+    links = tempfile.TemporaryDirectory(prefix='cotorra-')
+    _links.append(links)
+    for neighbour in path.parent.iterdir():
+        (Path(links.name) / neighbour.name).symlink_to(neighbour)
+    plain = Path(links.name) / path.name.replace('\\', '_')
+    if not plain.exists():
+        plain.symlink_to(path)
+    return plain
 
 
 @contextmanager
