@@ -271,9 +271,9 @@ def apply(options: argparse.Namespace, scene: bpy.types.Scene) -> None:
     if render.use_multiview:
         watch.message('WARNING', f'Scene "{scene.name}": of its stereo views one picture is rendered')
         render.use_multiview = False
-    layers = [layer for layer in scene.view_layers if layer.use]
     sequence = shows_sequence(scene)
-    if not layers and not sequence and not render.use_single_layer:
+    if not has_layers(scene) and not sequence and not shows_other_scenes(scene):
+        # Blender would write a black PNG, and crash where it writes EXR.
         raise CommandError(f'scene "{scene.name}" has no view layer that is on (Use for Rendering)')
     apply_format(options, scene, sequence)
 
@@ -320,6 +320,26 @@ def apply_format(options: argparse.Namespace, scene: bpy.types.Scene, sequence: 
     image.color_mode = 'RGBA'
 
 
+def has_layers(scene: bpy.types.Scene) -> bool:
+    return any(layer.use for layer in scene.view_layers)
+
+
+def shows_other_scenes(scene: bpy.types.Scene) -> bool:
+    """Whether the picture is put together from other scenes' view layers, too."""
+    from . import compat
+
+    tree = compat.compositing_tree(scene) if scene.render.use_compositing else None
+    trees = [tree] if tree is not None else []
+    for tree in trees:  # grows by the groups that are met
+        for node in tree.nodes:
+            if node.type == 'R_LAYERS' and node.scene not in (None, scene) and has_layers(node.scene):
+                return True
+            inner = node.node_tree if node.type == 'GROUP' else None
+            if inner is not None and inner not in trees:
+                trees.append(inner)
+    return False
+
+
 def shows_sequence(scene: bpy.types.Scene) -> bool:
     """Whether the picture is the sequencer's; sound and what is muted show nothing."""
     editor = scene.sequence_editor
@@ -329,8 +349,6 @@ def shows_sequence(scene: bpy.types.Scene) -> bool:
 
 def render_frame(scene: bpy.types.Scene, frame: int, path: Path, watcher: TerminalWatcher) -> dict[str, Any]:
     """Render one frame into its file and give its figures."""
-    import bpy
-
     began = time.perf_counter()
     stats.clear_everything()
     if scene.frame_current != frame:
@@ -338,11 +356,7 @@ def render_frame(scene: bpy.types.Scene, frame: int, path: Path, watcher: Termin
     with outputs.replacing(path) as new:
         # Braces in Blender's paths are expressions; doubled ones stand for themselves.
         scene.render.filepath = str(new).replace('{', '{{').replace('}', '}}')
-        failure = ''
-        try:
-            bpy.ops.render.render(write_still=True, scene=scene.name)
-        except RuntimeError as error:
-            failure = blender_words(error)
+        failure = render_in_blender(scene)
         # Whether it went well is judged by what is there: Blender tells of errors that cost no picture, and of success
         # without one.
         layers = stats.everything()
@@ -371,6 +385,17 @@ def render_frame(scene: bpy.types.Scene, frame: int, path: Path, watcher: Termin
         )
     watcher.note(f'{path}: {", ".join(words)}')
     return {'frame': frame, 'output': str(path), 'seconds': seconds, 'layers': [asdict(layer) for layer in layers]}
+
+
+def render_in_blender(scene: bpy.types.Scene) -> str:
+    """Render into the scene's file path; the errors that Blender tells of, or ''."""
+    import bpy
+
+    try:
+        bpy.ops.render.render(write_still=True, scene=scene.name)
+    except RuntimeError as error:
+        return blender_words(error)
+    return ''
 
 
 def blender_words(error: RuntimeError) -> str:

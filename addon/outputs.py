@@ -110,6 +110,7 @@ def require_whole(image_path: Path, path: Path) -> tuple[int, int]:
             part = 0
             break
     if part == 0:
+        oiio.geterror()  # it would be told when the process ends
         raise CommandError(f'{path}: the image was not written to its end; is there space left?')
     return size
 

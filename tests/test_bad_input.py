@@ -7,9 +7,6 @@ Everything runs through Blender and the real native module; arrays of broken dat
 from __future__ import annotations
 
 import math
-import resource
-import subprocess
-import sys
 from pathlib import Path
 
 import bpy
@@ -17,7 +14,7 @@ import numpy as np
 import pytest
 from cotorra import stats, terminal
 
-from render_calls import TESTS, read_exr, render_to, run_cli
+from render_calls import read_exr, render_to, run_cli
 from scenes import build
 
 pytestmark = pytest.mark.usefixtures('engine')
@@ -252,26 +249,6 @@ def test_cli_output_that_cannot_be_written_is_found_before_rendering(scene, tmp_
     code, told = run_cli('render', blend, '-o', tmp_path / 'o.png', '--stats', tmp_path / 'file' / 's.json')
     assert code == terminal.FAILED and 's.json' in told and 'Synchronizing' not in told
     assert not (tmp_path / 'o.png').exists()
-
-
-@pytest.mark.parametrize('suffix', ['exr', 'png'])
-def test_cli_output_that_cannot_be_written_to_its_end(scene, tmp_path, suffix):
-    """The disk is full when the image is saved; here a limit on the size of files stands for it."""
-    scene.render.resolution_x = scene.render.resolution_y = 256
-    scene.render.film_transparent = False
-    build.world(scene)
-    bpy.data.objects['Square'].scale = (0.1, 0.1, 0.1)
-    blend = save(tmp_path)
-    lines = [f'import sys; sys.path.insert(0, {str(TESTS)!r})', 'import conftest', 'from cotorra.cli import main']
-    command = [sys.executable, '-c', '\n'.join([*lines, 'sys.exit(main())'])]
-    done = subprocess.run(
-        [*command, 'render', str(blend), '-o', str(tmp_path / f'o.{suffix}'), '--samples', '1'],
-        capture_output=True,
-        text=True,
-        preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (4096, 4096)),
-    )
-    assert done.returncode == terminal.FAILED, done.stderr
-    assert f'o.{suffix}: the image was not written to its end' in done.stderr
 
 
 def test_cli_scripts_in_a_file_are_not_run_and_that_is_said(scene, tmp_path):
