@@ -36,6 +36,89 @@ def rendered(tmp_path, name='o.exr', *arguments, fake=''):
     return code, told, found
 
 
+def composite(scene):
+    """A compositor that hands on what its first node gives, in Blender 4.5 and 5.2."""
+    if bpy.app.version >= (5, 0, 0):
+        tree = scene.compositing_node_group = bpy.data.node_groups.new('Comp', 'CompositorNodeTree')
+        tree.interface.new_socket('Image', in_out='OUTPUT', socket_type='NodeSocketColor')
+        end = tree.nodes.new('NodeGroupOutput')
+    else:
+        scene.use_nodes = True
+        tree = scene.node_tree
+        tree.nodes.clear()
+        end = tree.nodes.new('CompositorNodeComposite')
+    layers = tree.nodes.new('CompositorNodeRLayers')
+    tree.links.new(layers.outputs['Image'], end.inputs[0])
+    assert compat.compositing_tree(scene) == tree
+    return layers
+
+
+@pytest.mark.parametrize('on', [True, False])
+def test_compositing_of_another_scene_alone(scene, tmp_path, on):
+    other = bpy.data.scenes.new('Other')
+    other.camera = scene.camera
+    other.collection.objects.link(scene.camera)
+    other.render.resolution_x = other.render.resolution_y = 8
+    node = composite(scene)
+    node.scene, node.layer = other, other.view_layers[0].name
+    scene.view_layers[0].use = False
+    other.view_layers[0].use = on
+    code, told, found = rendered(tmp_path)
+    if on:
+        assert code == 0 and found[..., 0].max() == pytest.approx(0.5, abs=0.02), told
+    else:
+        assert code == terminal.FAILED and found is None and 'no view layer' in told
+
+
+@pytest.mark.parametrize('single', [False, True])
+@pytest.mark.parametrize('name', ['o.exr', 'o.png'])
+def test_no_view_layer_is_on(scene, tmp_path, name, single):
+    """Blender would crash, or write a black picture."""
+    scene.name = 'Dark'
+    scene.view_layers.new('Second')
+    for layer in scene.view_layers:
+        layer.use = False
+    scene.render.use_single_layer = single
+    code, told, found = rendered(tmp_path, name)
+    assert code == terminal.FAILED and found is None
+    assert 'scene "Dark" has no view layer that is on' in told and 'Synchronizing' not in told
+
+
+def test_an_error_that_costs_no_picture_is_a_warning(scene, tmp_path, monkeypatch):
+    """Blender raises for anything that reported an error while it rendered."""
+    honest = cli.render_in_blender
+    monkeypatch.setattr(cli, 'render_in_blender', lambda scene: honest(scene) or 'the coffee is out')
+    code, told, found = rendered(tmp_path)
+    assert code == 0 and 'Warning: Scene "Scene", frame 1: the coffee is out' in told
+    assert found is not None
+
+
+def test_an_error_of_the_engine_is_a_failure_whatever_is_there(scene, tmp_path):
+    scene.view_layers.new('Second')
+    (tmp_path / 'o.exr').write_bytes(b'an older picture')
+    code, told, _ = rendered(tmp_path, fake='fail_in=read')
+    assert code == terminal.FAILED and 'o.exr is not written' in told and 'cannot be read' in told
+    assert (tmp_path / 'o.exr').read_bytes() == b'an older picture'
+
+
+def test_memory_for_blender_itself(monkeypatch, tmp_path):
+    """A limit on addresses under which Blender would crash as it starts."""
+    import resource
+
+    monkeypatch.setattr(resource, 'getrlimit', lambda _kind: (900 * 2**20, 900 * 2**20))
+    code, told = run_cli('render', '--demo', 'box_room', '-o', tmp_path / 'o.exr')
+    assert code == terminal.FAILED and 'memory is limited to 900 MiB' in told and '1300 MiB' in told
+
+
+def test_sides_below_blenders_smallest(scene, tmp_path):
+    code, told, found = rendered(tmp_path, 'o.exr', '--size', '3x2000')
+    assert code == 0 and found.shape[:2] == (2000, 3), told
+
+
+# Blender keeps the camera of a scene strip by the scene's address, and takes it for compositing, also when another file
+# was opened since: in one process, strips come last.
+
+
 def strips(scene):
     return (scene.sequence_editor or scene.sequence_editor_create()).strips
 
@@ -82,82 +165,3 @@ def test_a_muted_strip_shows_nothing(scene, tmp_path):
     scene.view_layers[0].use = False
     code, told, _ = rendered(tmp_path, 'off.exr')
     assert code == terminal.FAILED and 'no view layer' in told
-
-
-@pytest.mark.parametrize('single', [False, True])
-@pytest.mark.parametrize('name', ['o.exr', 'o.png'])
-def test_no_view_layer_is_on(scene, tmp_path, name, single):
-    """Blender would crash, or write a black picture."""
-    scene.name = 'Dark'
-    scene.view_layers.new('Second')
-    for layer in scene.view_layers:
-        layer.use = False
-    scene.render.use_single_layer = single
-    code, told, found = rendered(tmp_path, name)
-    assert code == terminal.FAILED and found is None
-    assert 'scene "Dark" has no view layer that is on' in told and 'Synchronizing' not in told
-
-
-def composite(scene):
-    """A compositor that hands on what its first node gives, in Blender 4.5 and 5.2."""
-    if bpy.app.version >= (5, 0, 0):
-        tree = scene.compositing_node_group = bpy.data.node_groups.new('Comp', 'CompositorNodeTree')
-        tree.interface.new_socket('Image', in_out='OUTPUT', socket_type='NodeSocketColor')
-        end = tree.nodes.new('NodeGroupOutput')
-    else:
-        scene.use_nodes = True
-        tree = scene.node_tree
-        tree.nodes.clear()
-        end = tree.nodes.new('CompositorNodeComposite')
-    layers = tree.nodes.new('CompositorNodeRLayers')
-    tree.links.new(layers.outputs['Image'], end.inputs[0])
-    assert compat.compositing_tree(scene) == tree
-    return layers
-
-
-@pytest.mark.parametrize('on', [True, False])
-def test_compositing_of_another_scene_alone(scene, tmp_path, on):
-    other = bpy.data.scenes.new('Other')
-    other.camera = scene.camera
-    other.collection.objects.link(scene.camera)
-    other.render.resolution_x = other.render.resolution_y = 8
-    node = composite(scene)
-    node.scene, node.layer = other, other.view_layers[0].name
-    scene.view_layers[0].use = False
-    other.view_layers[0].use = on
-    code, told, found = rendered(tmp_path)
-    if on:
-        assert code == 0 and found[..., 0].max() == pytest.approx(0.5, abs=0.02), told
-    else:
-        assert code == terminal.FAILED and found is None and 'no view layer' in told
-
-
-def test_an_error_that_costs_no_picture_is_a_warning(scene, tmp_path, monkeypatch):
-    """Blender raises for anything that reported an error while it rendered."""
-    honest = cli.render_in_blender
-    monkeypatch.setattr(cli, 'render_in_blender', lambda scene: honest(scene) or 'the coffee is out')
-    code, told, found = rendered(tmp_path)
-    assert code == 0 and 'Warning: Scene "Scene", frame 1: the coffee is out' in told
-    assert found is not None
-
-
-def test_an_error_of_the_engine_is_a_failure_whatever_is_there(scene, tmp_path):
-    scene.view_layers.new('Second')
-    (tmp_path / 'o.exr').write_bytes(b'an older picture')
-    code, told, _ = rendered(tmp_path, fake='fail_in=read')
-    assert code == terminal.FAILED and 'o.exr is not written' in told and 'cannot be read' in told
-    assert (tmp_path / 'o.exr').read_bytes() == b'an older picture'
-
-
-def test_memory_for_blender_itself(monkeypatch, tmp_path):
-    """A limit on addresses under which Blender would crash as it starts."""
-    import resource
-
-    monkeypatch.setattr(resource, 'getrlimit', lambda _kind: (900 * 2**20, 900 * 2**20))
-    code, told = run_cli('render', '--demo', 'box_room', '-o', tmp_path / 'o.exr')
-    assert code == terminal.FAILED and 'memory is limited to 900 MiB' in told and '1300 MiB' in told
-
-
-def test_sides_below_blenders_smallest(scene, tmp_path):
-    code, told, found = rendered(tmp_path, 'o.exr', '--size', '3x2000')
-    assert code == 0 and found.shape[:2] == (2000, 3), told
