@@ -17,7 +17,7 @@ import bpy
 
 from . import export, lamps, native, passes, settings, stats, watch
 from .export.buffers import Camera, RenderSettings
-from .log import Cancelled, Log
+from .log import Cancelled, Log, spelled
 from .reporter import Reporter, position_in_frame
 
 POLL_SECONDS = 0.05
@@ -71,7 +71,7 @@ def render_view_layer(engine: bpy.types.RenderEngine, depsgraph: bpy.types.Depsg
             watch.show_traceback()
             error = error or f'{type(failure).__name__}: {failure}'
     if error:
-        engine.report({'ERROR'}, f'Cotorra: {error}')
+        engine.report({'ERROR'}, spelled(f'Cotorra: {error}'))
 
 
 def stop_asked(engine: bpy.types.RenderEngine) -> bool:
@@ -86,7 +86,7 @@ def message_sink(engine: bpy.types.RenderEngine) -> Callable[[str, str], None]:
         if level == 'ERROR':
             return  # it ends the render, and is reported there
         if not watch.message(level, text):
-            engine.report({level}, text)
+            engine.report({level}, spelled(text))
 
     return show
 

@@ -12,6 +12,7 @@ from typing import Any
 import bpy
 
 from . import watch
+from .log import spelled
 from .stats import MemoryMeter
 from .terminal import clock
 
@@ -34,7 +35,7 @@ class Reporter:
         self._engine = engine
         self._memory = memory
         self._layer = view_layer.name
-        self._title = f'{scene.name}, {view_layer.name}'
+        self._title = spelled(f'{scene.name}, {view_layer.name}')
         self._position, self._count = position_in_frame(scene, view_layer)
         self._began = time.perf_counter()
         self._next_watcher = self._next_window = 0.0

@@ -15,7 +15,7 @@ import sys
 
 import bpy
 import pytest
-from cotorra import stats, terminal, watch
+from cotorra import export, stats, terminal, watch
 from cotorra.watch import Progress
 
 from render_calls import render_to, start_cli
@@ -171,6 +171,21 @@ def test_an_exception_is_reported_though_stderr_is_lost(scene, tmp_path, monkeyp
         monkeypatch.setattr(sys, 'stderr', stderr)
         with pytest.raises(RuntimeError, match='a worker failed'):
             render_to(scene, tmp_path / 'o.exr')
+
+
+def test_words_that_blender_cannot_spell(scene, tmp_path, monkeypatch, capfd):
+    """A name of bytes that are no UTF-8: an exception where it is reported would leave `render`, and crash Blender."""
+
+    def complain(_scene, _camera, log):
+        log.warning('image \udcff\0 is missing')
+        log.error('camera \udcff\0 is broken')
+
+    monkeypatch.setattr(export, 'export_camera', complain)
+    with pytest.raises(RuntimeError) as caught:
+        render_to(scene, tmp_path / 'o.exr', multilayer=True)
+    assert str(caught.value) == 'Error: Cotorra: camera \\udcff\\0 is broken\n'
+    told = capfd.readouterr()
+    assert 'image \\udcff\\0 is missing' in told.out + told.err
 
 
 @pytest.mark.parametrize('content', ['', 'a b c', '1'])
