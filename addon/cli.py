@@ -271,11 +271,10 @@ def apply(options: argparse.Namespace, scene: bpy.types.Scene) -> None:
     if render.use_multiview:
         watch.message('WARNING', f'Scene "{scene.name}": of its stereo views one picture is rendered')
         render.use_multiview = False
-    sequence = shows_sequence(scene)
-    if not has_layers(scene) and not sequence and not shows_other_scenes(scene):
+    if not has_layers(scene) and not shows_sequence(scene) and not shows_other_scenes(scene):
         # Blender would write a black PNG, and crash where it writes EXR.
         raise CommandError(f'scene "{scene.name}" has no view layer that is on (Use for Rendering)')
-    apply_format(options, scene, sequence)
+    apply_format(options, scene)
 
 
 def apply_to_engine(options: argparse.Namespace, scene: bpy.types.Scene) -> None:
@@ -302,8 +301,8 @@ def apply_to_engine(options: argparse.Namespace, scene: bpy.types.Scene) -> None
         render.threads = max(1, options.threads)
 
 
-def apply_format(options: argparse.Namespace, scene: bpy.types.Scene, sequence: bool) -> None:
-    """The kind of image file; a sequence has one picture, whatever the passes."""
+def apply_format(options: argparse.Namespace, scene: bpy.types.Scene) -> None:
+    """The kind of image file; layers and passes that do not fit into one picture make a multilayer EXR."""
     from . import compat, passes
 
     image = scene.render.image_settings
@@ -314,7 +313,7 @@ def apply_format(options: argparse.Namespace, scene: bpy.types.Scene, sequence: 
         return
     layers = [layer for layer in scene.view_layers if layer.use]
     several = len(layers) > 1 or any(len(list(passes.requested(layer))) > 1 for layer in layers)
-    compat.set_image_format(image, 'OPEN_EXR_MULTILAYER' if several and not sequence else 'OPEN_EXR')
+    compat.set_image_format(image, 'OPEN_EXR_MULTILAYER' if several else 'OPEN_EXR')
     image.color_depth = '32'
     image.exr_codec = 'ZIP'
     image.color_mode = 'RGBA'

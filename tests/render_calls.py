@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import contextlib
 import io
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -94,8 +95,10 @@ def start_cli(*arguments: object, fake: str | None = None, **streams: Any) -> su
     if fake is not None:
         lines += ['import fake_native', "sys.modules['cotorra_native'] = fake_native"]
         lines += [f'fake_native.configure({fake!r})']
-    lines += ['from cotorra.cli import main', 'if sys.argv[1:]: sys.exit(main())']
+    lines += ["print('what scripts print is lost with stdout')", 'from cotorra.cli import main']
+    lines += ['if sys.argv[1:]: sys.exit(main())']
     lines += ["for line in sys.stdin: print('\\ncode', main(json.loads(line)), flush=True)"]
     command = [sys.executable, '-c', '\n'.join(lines), *map(str, arguments)]
     pipes = dict.fromkeys(('stdin', 'stdout', 'stderr'), subprocess.PIPE)
-    return subprocess.Popen(command, text=True, **{**pipes, **streams})
+    buffered = {**os.environ, 'PYTHONUNBUFFERED': ''}
+    return subprocess.Popen(command, text=True, env=buffered, **{**pipes, **streams})

@@ -109,6 +109,20 @@ def test_camera_and_light_of_the_file_are_kept(engine, tmp_path):
         assert found.camera.matrix_world.translation[:] == pytest.approx((0, 0, 4), abs=1e-4)
 
 
+@pytest.mark.parametrize('brought', ['nothing', 'a light', 'a world'])
+def test_light_is_added_where_there_is_none(engine, brought):
+    scene = build.new_scene()
+    build.mesh_object(scene)
+    if brought == 'a light':
+        build.light(scene, 'POINT')
+    if brought == 'a world':
+        build.world(scene)
+    importers.complete(scene)
+    lights = [light.type for light in bpy.data.lights]
+    assert lights == {'nothing': ['SUN'], 'a light': ['POINT'], 'a world': []}[brought]
+    assert (scene.world is None) == (brought == 'a light')
+
+
 @pytest.mark.parametrize('content', ['empty', 'text', 'half'])
 @pytest.mark.parametrize('suffix', EXPORTERS)
 def test_a_broken_file_is_named_and_leaves_no_image(files, tmp_path, suffix, content):

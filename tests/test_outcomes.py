@@ -139,6 +139,7 @@ def test_a_sequence_that_shows_a_card(scene, tmp_path, name):
     assert code == 0, told
     assert found[..., 1].min() > 0.9 and found[..., 0].max() == 0.0
     assert f'{name}: 8×8, ' in told and 'samples' not in told.splitlines()[-1]
+    assert ''.join(oiio.ImageBuf(str(tmp_path / name)).spec().channelnames).startswith('RGB')
 
 
 def test_a_sequence_that_shows_another_scene(scene, tmp_path):

@@ -51,7 +51,10 @@ def test_the_old_file_stays_until_the_new_one_is_whole(folder):
         new.write_bytes(b'half')
         assert path.read_bytes() == OLD
         new.write_bytes(b'whole')
+        reader = path.open('rb')
     assert path.read_bytes() == b'whole' and list(folder.iterdir()) == [path]
+    with reader:
+        assert reader.read() == OLD  # who has it open goes on seeing the old one, not half of the new
 
 
 @pytest.mark.parametrize('failure', [ValueError('no'), KeyboardInterrupt()])

@@ -18,7 +18,7 @@ import pytest
 from cotorra import export, stats, terminal, watch
 from cotorra.watch import Progress
 
-from render_calls import render_to, start_cli
+from render_calls import TESTS, render_to, start_cli
 from scenes import build
 
 needs_unix = pytest.mark.skipif(sys.platform == 'win32', reason='closes streams as a shell on Unix does')
@@ -64,6 +64,16 @@ def test_streams_that_are_closed_full_or_lost_cost_neither_picture_nor_exit_code
     assert codes == dict.fromkeys(cases, 0)
     for name, path in paths.items():
         assert path.read_bytes()[:4] == b'v/1\x01', name
+
+
+@needs_unix
+def test_streams_that_are_closed_lead_nowhere():
+    """Else the next files that are opened take their numbers."""
+    code = 'import os, stat; from cotorra import terminal; terminal.open_standard_streams(); '
+    code += 'os._exit(sum(stat.S_ISCHR(os.fstat(number).st_mode) for number in range(3)))'
+    lines = f'import sys; sys.path.insert(0, {str(TESTS)!r}); import conftest; {code}'
+    done = subprocess.run([sys.executable, '-c', lines], preexec_fn=lambda: [os.close(number) for number in range(3)])
+    assert done.returncode == 3
 
 
 class Stream(io.StringIO):
