@@ -9,7 +9,6 @@ from __future__ import annotations
 import dataclasses
 import threading
 import time
-import traceback
 from collections.abc import Callable
 from types import ModuleType
 from typing import Any
@@ -18,7 +17,7 @@ import bpy
 
 from . import export, lamps, native, passes, settings, stats, watch
 from .export.buffers import Camera, RenderSettings
-from .log import Cancelled, Log
+from .log import Cancelled, Log, spelled
 from .reporter import Reporter, position_in_frame
 
 POLL_SECONDS = 0.05
@@ -42,11 +41,12 @@ def render_view_layer(engine: bpy.types.RenderEngine, depsgraph: bpy.types.Depsg
     saves EXR. So the open result is always ended, and a failure becomes an error report, which Blender passes on.
     """
     error = ''
-    with watch.interrupt_as_flag() as interrupt:
+    # In a window the others end Blender, as they end every program.
+    with watch.interrupt_as_flag(['SIGINT'] if in_window() else watch.STOP_SIGNALS) as interrupt:
 
         def should_stop() -> bool:
             watcher = watch.active
-            return interrupt.is_set() or stop_asked(engine) or (watcher is not None and watcher.stop)
+            return bool(interrupt.by) or stop_asked(engine) or (watcher is not None and watcher.stop)
 
         job = RenderJob(engine, depsgraph, Log(message_sink(engine), should_stop))
         try:
@@ -57,21 +57,21 @@ def render_view_layer(engine: bpy.types.RenderEngine, depsgraph: bpy.types.Depsg
             if not stop_asked(engine):  # else Blender stopped it itself, and knows
                 if not job.frame_has_pixels():
                     error = 'Stopped before anything was rendered'
-                elif interrupt.is_set():
-                    error = 'Interrupted by Ctrl-C; the render result holds what was rendered until then'
+                elif interrupt.by:
+                    error = f'Interrupted by {interrupt.by}; the render result holds what was rendered until then'
         except (RenderError, native.NativeError) as failure:
             error = str(failure)
         except BaseException as failure:
-            traceback.print_exc()
+            watch.show_traceback()
             error = f'{type(failure).__name__}: {failure}'
         error = '; '.join(job.log.texts('ERROR')) or error
         try:
             job.end(error)
         except BaseException as failure:
-            traceback.print_exc()
+            watch.show_traceback()
             error = error or f'{type(failure).__name__}: {failure}'
     if error:
-        engine.report({'ERROR'}, f'Cotorra: {error}')
+        engine.report({'ERROR'}, spelled(f'Cotorra: {error}'))
 
 
 def stop_asked(engine: bpy.types.RenderEngine) -> bool:
@@ -85,10 +85,8 @@ def message_sink(engine: bpy.types.RenderEngine) -> Callable[[str, str], None]:
     def show(level: str, text: str) -> None:
         if level == 'ERROR':
             return  # it ends the render, and is reported there
-        if watch.active is not None:
-            watch.active.message(level, text)
-        else:
-            engine.report({level}, text)
+        if not watch.message(level, text):
+            engine.report({level}, spelled(text))
 
     return show
 

@@ -12,6 +12,7 @@ from typing import Any
 import bpy
 
 from . import watch
+from .log import spelled
 from .stats import MemoryMeter
 from .terminal import clock
 
@@ -34,7 +35,7 @@ class Reporter:
         self._engine = engine
         self._memory = memory
         self._layer = view_layer.name
-        self._title = f'{scene.name}, {view_layer.name}'
+        self._title = spelled(f'{scene.name}, {view_layer.name}')
         self._position, self._count = position_in_frame(scene, view_layer)
         self._began = time.perf_counter()
         self._next_watcher = self._next_window = 0.0
@@ -45,8 +46,7 @@ class Reporter:
         memory = self._memory.sample()
         self._engine.update_stats(self._title, name)
         self._engine.update_memory_stats(memory_used=memory / MEBIBYTE, memory_peak=self._memory.peak() / MEBIBYTE)
-        if watch.active is not None:
-            watch.active.progress(watch.Progress(self._layer, name, memory=memory))
+        watch.progress(watch.Progress(self._layer, name, memory=memory))
 
     def rendering(self, session: Any, total_samples: int, last: bool = False) -> None:
         """Samples come in. Cheap where nothing is due."""
@@ -60,9 +60,9 @@ class Reporter:
         remaining = elapsed * (1.0 - fraction) / fraction if fraction > 0.0 else None
         samples = session.samples_done()
         memory = self._memory.sample()
-        if watcher_due and watch.active is not None:
+        if watcher_due:
             self._next_watcher = now + WATCHER_SECONDS
-            watch.active.progress(
+            watch.progress(
                 watch.Progress(self._layer, 'Rendering', fraction, samples, total_samples, elapsed, remaining, memory)
             )
         if window_due:
