@@ -39,6 +39,17 @@ def compiler() -> list[str] | None:
     return None
 
 
+def has_header(name: str) -> bool:
+    """Whether the compiler finds a header of the system."""
+    command = compiler()
+    if command is None:
+        return False
+    tried = subprocess.run(
+        [*command, '-E', '-x', 'c++', '-'], input=f'#include <{name}>', text=True, capture_output=True
+    )
+    return tried.returncode == 0
+
+
 def included(source: Path, seen: dict[Path, bytes] | None = None) -> dict[Path, bytes]:
     """The file and every project header that it includes with quotes, with their contents."""
     seen = {} if seen is None else seen
