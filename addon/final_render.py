@@ -164,6 +164,7 @@ class RenderJob:
             self.build_bvh(module, native_scene, render_settings.threads)
         self.stats.build_seconds = time.perf_counter() - began
         self.stats.scene = dict(native_scene.stats())
+        self.reporter.scene_bytes = self.stats.scene['memory_bytes']
         self.memory.sample()
         self.log.checkpoint()
 
@@ -213,6 +214,7 @@ class RenderJob:
         self.build_bvh(module, scene, render_settings.threads)
         self.stats.build_seconds += time.perf_counter() - began
         self.stats.scene = dict(scene.stats())
+        self.reporter.scene_bytes = self.stats.scene['memory_bytes']
         self.stats.device = f'{device}, CPU' if done else 'CPU'
         self.reporter.phase('Rendering')
 

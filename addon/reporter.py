@@ -13,10 +13,9 @@ import bpy
 
 from . import watch
 from .stats import MemoryMeter
-from .terminal import clock
 
 WATCHER_SECONDS = 0.1
-WINDOW_SECONDS = 0.25
+WINDOW_SECONDS = 1.0  # each redraws the whole window, as a picture does; Cycles tells as often
 BACKGROUND_SECONDS = 2.0  # Blender 4.5 prints a line each time
 MEBIBYTE = 1024.0 * 1024.0
 
@@ -33,6 +32,8 @@ class Reporter:
     ) -> None:
         self._engine = engine
         self._memory = memory
+        self.scene_bytes = 0  # what the native scene holds, once there is one
+        self._bytes_peak = 0
         self._layer = view_layer.name
         self._title = f'{scene.name}, {view_layer.name}'
         self._position, self._count = position_in_frame(scene, view_layer)
@@ -42,9 +43,9 @@ class Reporter:
     def phase(self, name: str) -> None:
         """A new phase begins; times are counted from here."""
         self._began = time.perf_counter()
-        memory = self._memory.sample()
-        self._engine.update_stats(self._title, name)
-        self._engine.update_memory_stats(memory_used=memory / MEBIBYTE, memory_peak=self._memory.peak() / MEBIBYTE)
+        self._memory.sample()
+        memory = self.scene_bytes
+        self._show(memory, name)
         if watch.active is not None:
             watch.active.progress(watch.Progress(self._layer, name, memory=memory))
 
@@ -59,7 +60,9 @@ class Reporter:
         elapsed = now - self._began
         remaining = elapsed * (1.0 - fraction) / fraction if fraction > 0.0 else None
         samples = session.samples_done()
-        memory = self._memory.sample()
+        self._memory.sample()
+        figures = session.stats()
+        memory = self.scene_bytes + figures['memory_bytes'] + figures.get('device_bytes', 0)
         if watcher_due and watch.active is not None:
             self._next_watcher = now + WATCHER_SECONDS
             watch.active.progress(
@@ -67,13 +70,34 @@ class Reporter:
             )
         if window_due:
             self._next_window = now + (BACKGROUND_SECONDS if bpy.app.background else WINDOW_SECONDS)
-            head = [self._title, f'Mem {memory / MEBIBYTE:.0f}M']
-            if remaining is not None:
-                head.insert(1, f'Remaining {clock(remaining)}')
-            features = ', '.join(session.stats()['features'])
-            self._engine.update_stats(' | '.join(head), f'Sample {samples}/{total_samples} | {features}')
+            words = [f'Sample {samples}/{total_samples}']
+            if remaining is not None and fraction < 1.0:
+                words.insert(0, f'Remaining: {duration(remaining)}')
+            self._show(memory, *words)
             self._engine.update_progress((self._position + fraction) / self._count)
-            self._engine.update_memory_stats(memory_used=memory / MEBIBYTE, memory_peak=self._memory.peak() / MEBIBYTE)
+
+    def _show(self, memory: int, *words: str) -> None:
+        """Blender's status line, in the words of Cycles; Blender puts frame and time before it.
+
+        memory: of the render alone, in bytes.
+        """
+        self._bytes_peak = max(self._bytes_peak, memory)
+        used, peak = memory / MEBIBYTE, self._bytes_peak / MEBIBYTE
+        parts = [self._title] if self._count > 1 else []
+        parts += words[:-1]
+        if memory:
+            parts.append(f'Mem: {used:.0f}M')
+        self._engine.update_stats('', ' | '.join([*parts, *words[-1:]]))
+        self._engine.update_memory_stats(memory_used=used, memory_peak=peak)
+
+
+def duration(seconds: float) -> str:
+    """Minutes, seconds and hundredths, with hours where there are any, as Blender writes times of a render."""
+    hundredths = round(max(0.0, seconds) * 100.0)
+    minutes, rest = divmod(hundredths, 6000)
+    hours, minutes = divmod(minutes, 60)
+    text = f'{minutes:02d}:{rest // 100:02d}.{rest % 100:02d}'
+    return f'{hours:02d}:{text}' if hours else text
 
 
 def position_in_frame(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer) -> tuple[int, int]:

@@ -8,17 +8,43 @@ from __future__ import annotations
 
 import bpy
 
-from .panel import CotorraPanel, split_layout
+from .panel import CotorraPanel, RenderPanel, split_layout, wrapped
 
 
-class COTORRA_RENDER_PT_integrator(CotorraPanel, bpy.types.Panel):
+class COTORRA_RENDER_PT_integrator(RenderPanel, bpy.types.Panel):
     bl_label = 'Integrator'
 
     def draw(self, context):
         layout = split_layout(self)
         settings = context.scene.cotorra
         layout.prop(settings, 'integrator')
-        DRAW[settings.integrator](layout, settings)
+        if settings.integrator == 'TOON':
+            wrapped(layout, context, 'The tones are set in Material > Cotorra Model')
+        elif settings.integrator in DRAW:
+            DRAW[settings.integrator](layout, settings)
+
+
+class BouncesPanel(CotorraPanel):
+    @classmethod
+    def poll(cls, context):
+        return super().poll(context) and context.scene.cotorra.integrator in BOUNCES
+
+
+class COTORRA_RENDER_PT_light_paths(BouncesPanel, RenderPanel, bpy.types.Panel):
+    bl_label = 'Light Paths'
+    bl_options = {'DEFAULT_CLOSED'}
+
+    def draw(self, context):
+        pass
+
+
+class COTORRA_RENDER_PT_light_paths_max_bounces(BouncesPanel, bpy.types.Panel):
+    bl_label = 'Max Bounces'
+    bl_parent_id = 'COTORRA_RENDER_PT_light_paths'
+
+    def draw(self, context):
+        settings = context.scene.cotorra
+        BOUNCES[settings.integrator](split_layout(self), settings)
 
 
 class COTORRA_RENDER_PT_ambient(CotorraPanel, bpy.types.Panel):
@@ -71,7 +97,7 @@ def draw_direct(layout: bpy.types.UILayout, settings: bpy.types.PropertyGroup) -
 
 
 def draw_path(layout: bpy.types.UILayout, settings: bpy.types.PropertyGroup) -> None:
-    bounces = layout.column(align=True, heading='Bounces')
+    bounces = layout.column(align=True)
     bounces.prop(settings, 'max_bounces')
     bounces.prop(settings, 'diffuse_bounces')
     bounces.prop(settings, 'glossy_bounces')
@@ -89,16 +115,15 @@ def draw_occlusion(layout: bpy.types.UILayout, settings: bpy.types.PropertyGroup
     layout.prop(settings, 'ao_distance')
 
 
-def draw_toon(layout: bpy.types.UILayout, settings: bpy.types.PropertyGroup) -> None:
-    layout.label(text='Tones are set by the material, below Cotorra Model', icon='INFO')
+DRAW = {'WHITTED': draw_whitted, 'AO': draw_occlusion}
 
+# Integrators whose rays are counted, and the limits that they have.
+BOUNCES = {'DIRECT': draw_direct, 'PATH': draw_path}
 
-DRAW = {
-    'DIRECT': draw_direct,
-    'PATH': draw_path,
-    'WHITTED': draw_whitted,
-    'AO': draw_occlusion,
-    'TOON': draw_toon,
-}
-
-CLASSES = (COTORRA_RENDER_PT_integrator, COTORRA_RENDER_PT_ambient, COTORRA_RENDER_PT_outlines)
+CLASSES = (
+    COTORRA_RENDER_PT_integrator,
+    COTORRA_RENDER_PT_ambient,
+    COTORRA_RENDER_PT_outlines,
+    COTORRA_RENDER_PT_light_paths,
+    COTORRA_RENDER_PT_light_paths_max_bounces,
+)

@@ -19,7 +19,6 @@ OPEN_TO_ALL = 'BLENDER_RENDER'
 # ... but of these the settings mean nothing here, or data_panels.py shows them as Cycles reads them.
 LEFT_OUT = {
     'DATA_PT_light',
-    'DATA_PT_preview',
     'DATA_PT_spot',
     'NODE_DATA_PT_light',
     'DATA_PT_context_lightprobe',
@@ -34,7 +33,7 @@ LEFT_OUT = {
 ADDED = {
     'EEVEE_MATERIAL_PT_context_material',
     'OBJECT_PT_shadow_terminator',
-    'VIEWLAYER_PT_layer_passes',
+    'MATERIAL_PT_preview',
     'VIEWLAYER_PT_override',
 }
 
