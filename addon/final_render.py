@@ -231,14 +231,15 @@ class RenderJob:
             if self.log.stopped():
                 session.cancel()
                 continue
-            self.reporter.rendering(session, render_settings.samples)
             now = time.perf_counter()
-            if show_pictures and now >= next_picture:
+            picture_due = show_pictures and now >= next_picture
+            if picture_due:
                 passes.write(session, self.result, sources, render_settings.samples, only='Combined', **film)
                 self.engine.update_result(self.result)
                 cost = time.perf_counter() - now
                 next_picture = now + cost + max(pause, PICTURE_COST * cost)
                 pause = min(pause * PICTURE_GROWTH, PICTURE_SECONDS_MAX)
+            self.reporter.rendering(session, render_settings.samples, redrawn=picture_due)
         passes.write(session, self.result, sources, render_settings.samples, **film)
         self.reporter.rendering(session, render_settings.samples, last=True)
         if session.progress() < 1.0:

@@ -15,7 +15,10 @@ from . import watch
 from .stats import MemoryMeter
 
 WATCHER_SECONDS = 0.1
-WINDOW_SECONDS = 1.0  # each redraws the whole window, as a picture does; Cycles tells as often
+# Each redraws the whole window, which waits meanwhile: so less and less often, and together with pictures.
+WINDOW_SECONDS = 1.0
+WINDOW_GROWTH = 1.1
+WINDOW_SECONDS_MAX = 4.0
 BACKGROUND_SECONDS = 2.0  # Blender 4.5 prints a line each time
 MEBIBYTE = 1024.0 * 1024.0
 
@@ -39,6 +42,7 @@ class Reporter:
         self._position, self._count = position_in_frame(scene, view_layer)
         self._began = time.perf_counter()
         self._next_watcher = self._next_window = 0.0
+        self._pause = WINDOW_SECONDS
 
     def phase(self, name: str) -> None:
         """A new phase begins; times are counted from here."""
@@ -49,11 +53,11 @@ class Reporter:
         if watch.active is not None:
             watch.active.progress(watch.Progress(self._layer, name, memory=memory))
 
-    def rendering(self, session: Any, total_samples: int, last: bool = False) -> None:
-        """Samples come in. Cheap where nothing is due."""
+    def rendering(self, session: Any, total_samples: int, last: bool = False, redrawn: bool = False) -> None:
+        """Samples come in. Cheap where nothing is due. redrawn: the window will be drawn anyway."""
         now = time.perf_counter()
         watcher_due = watch.active is not None and (last or now >= self._next_watcher)
-        window_due = last or now >= self._next_window
+        window_due = last or redrawn or now >= self._next_window
         if not watcher_due and not window_due:
             return
         fraction = session.progress()
@@ -69,7 +73,8 @@ class Reporter:
                 watch.Progress(self._layer, 'Rendering', fraction, samples, total_samples, elapsed, remaining, memory)
             )
         if window_due:
-            self._next_window = now + (BACKGROUND_SECONDS if bpy.app.background else WINDOW_SECONDS)
+            self._next_window = now + (BACKGROUND_SECONDS if bpy.app.background else self._pause)
+            self._pause = min(self._pause * WINDOW_GROWTH, WINDOW_SECONDS_MAX)
             words = [f'Sample {samples}/{total_samples}']
             if remaining is not None and fraction < 1.0:
                 words.insert(0, f'Remaining: {duration(remaining)}')

@@ -391,6 +391,19 @@ def test_the_status_line_names_the_layer_where_there_are_several(scene, monkeypa
     assert {line.split(' | ')[0] for line in lines} == {f'{scene.name}, ViewLayer', f'{scene.name}, Second'}
 
 
+def test_the_window_is_redrawn_seldom_and_for_several_reasons_at_once(scene, monkeypatch):
+    """Each picture and each status line redraws the whole window, which answers nobody meanwhile."""
+    monkeypatch.setattr(final_render, 'in_window', lambda: True)
+    monkeypatch.setattr(reporter, 'BACKGROUND_SECONDS', 10.0)
+    monkeypatch.setattr(final_render, 'FIRST_PICTURE_SECONDS', 0.3)
+    fake_native.configure('sample_seconds=0.2')
+    lines = status_lines(monkeypatch)
+    bpy.ops.render.render()
+    # The first line as soon as there is one, one with the picture, the last; no other was due in 0.8 s.
+    assert len([line for line in lines if 'Sample' in line]) == 3
+    assert len(fake_native.reads) == 2
+
+
 @pytest.mark.parametrize(
     ('seconds', 'text'), [(0.0, '00:00.00'), (61.239, '01:01.24'), (59.999, '01:00.00'), (3661.5, '01:01:01.50')]
 )
