@@ -42,8 +42,10 @@ def load() -> ModuleType:
             f'It must be built for Python {version} on {sys.platform}: '
             'install the Cotorra extension for this platform, or run ./scripts/setup in its sources'
         ) from error
-    if known is None or not hasattr(module, 'cotorra_file'):
-        module.cotorra_file = file_identity(module.__file__)
+    if not hasattr(module, 'cotorra_file'):
+        # In an extension nobody else loads it: what is there without a mark is of an earlier version, which set none.
+        stale = known is not None and __package__.startswith('bl_ext.')
+        module.cotorra_file = () if stale else file_identity(module.__file__)
     if restart_needed():
         raise NativeError(RESTART)
     return module

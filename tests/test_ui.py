@@ -188,6 +188,7 @@ def test_panels_stand_where_users_of_cycles_look_for_them():
     render = shown_in('render')
     assert render[:2] == ['Warnings', 'Sampling']
     assert in_order(render, 'Sampling', 'Integrator', 'Light Paths', 'Film', 'Performance', 'Simplify')
+    assert render.count('Simplify') == 1
     assert in_order(shown_in('view_layer'), 'Override', 'Passes')
     material = ('Preview', 'Surface', 'Cotorra Model', 'Settings', 'Animation')
     assert in_order(shown_in('material'), *material)
@@ -260,7 +261,16 @@ def test_warnings_stay_in_sight():
     assert ' '.join(shown).split(' ') == f' No camera {text} Object "Cube": has no faces'.split(' ')
     assert max(map(len, shown)) < 40, 'lines are broken where the region ends'
     header: list[str] = []
+    redrawn: list[str] = []
+    areas = [
+        SimpleNamespace(type=kind, tag_redraw=lambda kind=kind: redrawn.append(kind))
+        for kind in ('VIEW_3D', 'PROPERTIES')
+    ]
+    windows = SimpleNamespace(windows=[SimpleNamespace(screen=SimpleNamespace(areas=areas))])
     area = SimpleNamespace(image=SimpleNamespace(type='RENDER_RESULT'))
-    render_panels.draw_mark(SimpleNamespace(layout=Layout(header)), window(space_data=area))
-    assert header == ['3 in Render Properties > Warnings']
+    context = window(space_data=area, window_manager=windows)
+    for _ in range(2):
+        header.clear()
+        render_panels.draw_mark(SimpleNamespace(layout=Layout(header)), context)
+    assert header == ['3 in Render Properties > Warnings'] and redrawn == ['PROPERTIES']
     stats.clear(scene.name)

@@ -8,10 +8,10 @@ from __future__ import annotations
 
 import bpy
 
-from .panel import CotorraPanel, RenderPanel, split_layout, wrapped
+from .panel import CotorraPanel, split_layout, wrapped
 
 
-class COTORRA_RENDER_PT_integrator(RenderPanel, bpy.types.Panel):
+class COTORRA_RENDER_PT_integrator(CotorraPanel, bpy.types.Panel):
     bl_label = 'Integrator'
 
     def draw(self, context):
@@ -30,7 +30,7 @@ class BouncesPanel(CotorraPanel):
         return super().poll(context) and context.scene.cotorra.integrator in BOUNCES
 
 
-class COTORRA_RENDER_PT_light_paths(BouncesPanel, RenderPanel, bpy.types.Panel):
+class COTORRA_RENDER_PT_light_paths(BouncesPanel, bpy.types.Panel):
     bl_label = 'Light Paths'
     bl_options = {'DEFAULT_CLOSED'}
 

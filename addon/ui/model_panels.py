@@ -15,7 +15,7 @@ from bl_ui.utils import PresetPanel
 from .. import choices
 from ..material_settings import CotorraMaterialSettings
 from .data_panels import MaterialPanel
-from .panel import RenderPanel, split_layout, wrapped
+from .panel import CotorraPanel, split_layout, wrapped
 
 PRESETS = 'cotorra/material'
 ROOT = str(Path(__file__).resolve().parent.parent)
@@ -62,7 +62,7 @@ class COTORRA_MATERIAL_PT_model(MaterialPanel, bpy.types.Panel):
             draw_toon(layout, own)
 
 
-class COTORRA_RENDER_PT_model_override(RenderPanel, bpy.types.Panel):
+class COTORRA_RENDER_PT_model_override(CotorraPanel, bpy.types.Panel):
     bl_label = 'Model Override'
     bl_options = {'DEFAULT_CLOSED'}
 

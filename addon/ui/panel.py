@@ -26,12 +26,6 @@ class CotorraPanel:
         return context.engine in cls.COMPAT_ENGINES
 
 
-class RenderPanel(CotorraPanel):
-    """A panel of the Render properties that stands in no other: above Blender's own, such as Simplify."""
-
-    bl_order = -1
-
-
 def split_layout(panel: bpy.types.Panel) -> bpy.types.UILayout:
     """The panel's layout with names to the left of their values."""
     layout = panel.layout

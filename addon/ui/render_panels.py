@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Cotorra's panels among the Render properties, but for integrators: device, warnings, sampling, film, performance.
+"""Cotorra's panels among the Render properties, but for integrators.
 
 The settings are defined in properties.py, or are Blender's own.
 """
@@ -7,12 +7,15 @@ The settings are defined in properties.py, or are Blender's own.
 from __future__ import annotations
 
 import bpy
+from bl_ui.properties_grease_pencil_common import GreasePencilSimplifyPanel
 
 from .. import devices, native, stats
 from ..choices import ENGINE
-from .panel import CotorraPanel, RenderPanel, split_layout, wrapped
+from .panel import CotorraPanel, split_layout, wrapped
 
 SHOWN_WARNINGS = 20
+
+_marked: list[str] = []  # what the mark in the image editor told last
 
 
 def draw_device(self, context):
@@ -39,14 +42,23 @@ def problems(scene: bpy.types.Scene) -> list[str]:
 
 def draw_mark(self, context):
     """In the header of the image editor, over the render result."""
+    global _marked
     image = context.space_data.image
-    if context.engine == ENGINE and image is not None and image.type == 'RENDER_RESULT':
-        count = len(problems(context.scene))
-        if count:
-            self.layout.label(text=f'{count} in Render Properties > Warnings', icon='ERROR')
+    if context.engine != ENGINE or image is None or image.type != 'RENDER_RESULT':
+        return
+    found = problems(context.scene)
+    if found:
+        self.layout.label(text=f'{len(found)} in Render Properties > Warnings', icon='ERROR')
+    # A render draws the image editor anew and not the panel; it may not do so itself, in a thread of its own.
+    if found != _marked:
+        _marked = found
+        for window in context.window_manager.windows:
+            for area in window.screen.areas:
+                if area.type == 'PROPERTIES':
+                    area.tag_redraw()
 
 
-class COTORRA_RENDER_PT_warnings(RenderPanel, bpy.types.Panel):
+class COTORRA_RENDER_PT_warnings(CotorraPanel, bpy.types.Panel):
     bl_label = 'Warnings'
 
     @classmethod
@@ -64,7 +76,7 @@ class COTORRA_RENDER_PT_warnings(RenderPanel, bpy.types.Panel):
             self.layout.label(text=f'{len(found) - SHOWN_WARNINGS} more in the Info editor')
 
 
-class COTORRA_RENDER_PT_sampling(RenderPanel, bpy.types.Panel):
+class COTORRA_RENDER_PT_sampling(CotorraPanel, bpy.types.Panel):
     bl_label = 'Sampling'
 
     def draw(self, context):
@@ -101,7 +113,7 @@ class COTORRA_RENDER_PT_sampling_seed(CotorraPanel, bpy.types.Panel):
         row.prop(settings, 'use_animated_seed', text='', icon='TIME')
 
 
-class COTORRA_RENDER_PT_film(RenderPanel, bpy.types.Panel):
+class COTORRA_RENDER_PT_film(CotorraPanel, bpy.types.Panel):
     bl_label = 'Film'
     bl_options = {'DEFAULT_CLOSED'}
 
@@ -132,7 +144,7 @@ class COTORRA_RENDER_PT_film_pixel_filter(CotorraPanel, bpy.types.Panel):
         split_layout(self).prop(context.scene.cycles, 'filter_width', text='Width')
 
 
-class COTORRA_RENDER_PT_performance(RenderPanel, bpy.types.Panel):
+class COTORRA_RENDER_PT_performance(CotorraPanel, bpy.types.Panel):
     bl_label = 'Performance'
     bl_options = {'DEFAULT_CLOSED'}
 
@@ -176,6 +188,53 @@ class COTORRA_RENDER_PT_performance_final_render(CotorraPanel, bpy.types.Panel):
         split_layout(self).prop(context.scene.render, 'use_persistent_data', text='Persistent Data')
 
 
+class COTORRA_RENDER_PT_simplify(CotorraPanel, bpy.types.Panel):
+    """Blender's own stands above all that add-ons bring."""
+
+    bl_label = 'Simplify'
+    bl_options = {'DEFAULT_CLOSED'}
+
+    def draw_header(self, context):
+        self.layout.prop(context.scene.render, 'use_simplify', text='')
+
+    def draw(self, context):
+        layout = split_layout(self)
+        render = context.scene.render
+        layout.active = render.use_simplify
+        if hasattr(render, 'use_simplify_normals'):
+            layout.prop(render, 'use_simplify_normals', text='Normals')
+
+
+class COTORRA_RENDER_PT_simplify_viewport(CotorraPanel, bpy.types.Panel):
+    bl_label = 'Viewport'
+    bl_parent_id = 'COTORRA_RENDER_PT_simplify'
+
+    def draw(self, context):
+        layout = split_layout(self)
+        render = context.scene.render
+        layout.active = render.use_simplify
+        layout.prop(render, 'simplify_subdivision', text='Max Subdivision')
+        layout.prop(render, 'simplify_child_particles', text='Max Child Particles')
+
+
+class COTORRA_RENDER_PT_simplify_render(CotorraPanel, bpy.types.Panel):
+    bl_label = 'Render'
+    bl_parent_id = 'COTORRA_RENDER_PT_simplify'
+
+    def draw(self, context):
+        layout = split_layout(self)
+        render = context.scene.render
+        layout.active = render.use_simplify
+        layout.prop(render, 'simplify_subdivision_render', text='Max Subdivision')
+        layout.prop(render, 'simplify_child_particles_render', text='Max Child Particles')
+
+
+class COTORRA_RENDER_PT_simplify_greasepencil(CotorraPanel, GreasePencilSimplifyPanel, bpy.types.Panel):
+    bl_label = 'Grease Pencil'
+    bl_parent_id = 'COTORRA_RENDER_PT_simplify'
+    bl_options = {'DEFAULT_CLOSED'}
+
+
 # Among these come the panels of integrator_panels.py.
 FIRST_CLASSES = (COTORRA_RENDER_PT_warnings, COTORRA_RENDER_PT_sampling, COTORRA_RENDER_PT_sampling_seed)
 LAST_CLASSES = (
@@ -185,6 +244,10 @@ LAST_CLASSES = (
     COTORRA_RENDER_PT_performance_threads,
     COTORRA_RENDER_PT_performance_card,
     COTORRA_RENDER_PT_performance_final_render,
+    COTORRA_RENDER_PT_simplify,
+    COTORRA_RENDER_PT_simplify_viewport,
+    COTORRA_RENDER_PT_simplify_render,
+    COTORRA_RENDER_PT_simplify_greasepencil,
 )
 
 
