@@ -272,7 +272,9 @@ class CotorraViewLayerSettings(bpy.types.PropertyGroup):
     use_pass_fresnel: switch(
         'Fresnel', 'Pass "Cotorra F": the Fresnel term of the surface, for each lamp above it, summed'
     )
-    use_pass_lights: switch('Lamps', 'A pass for each lamp, with its light alone, named "Light" and after the lamp')
+    use_pass_lights: switch(
+        'Each Light', 'A pass for each light, which shows it alone; named "Light" and after the light'
+    )
 
 
 # Those that others refer to come first.

@@ -190,10 +190,10 @@ def test_panels_stand_where_users_of_cycles_look_for_them():
     assert in_order(render, 'Sampling', 'Integrator', 'Light Paths', 'Film', 'Performance', 'Simplify')
     assert render.count('Simplify') == 1
     assert in_order(shown_in('view_layer'), 'Override', 'Passes')
-    material = ('Preview', 'Surface', 'Cotorra Model', 'Settings', 'Animation')
+    material = ('Surface', 'Cotorra Model', 'Settings', 'Animation')
     assert in_order(shown_in('material'), *material)
-    assert in_order(shown_in('data'), 'Preview', 'Light', 'Nodes', 'Settings')
-    assert in_order(shown_in('world'), 'Preview', 'Surface', 'Ray Visibility', 'Settings')
+    assert in_order(shown_in('data'), 'Light', 'Nodes', 'Settings')
+    assert in_order(shown_in('world'), 'Surface', 'Ray Visibility', 'Settings')
 
 
 def test_no_name_is_a_letter():

@@ -155,19 +155,6 @@ class COTORRA_WORLD_PT_ray_visibility(CotorraPanel, bpy.types.Panel):
             layout.prop(visibility, name)
 
 
-class COTORRA_WORLD_PT_preview(CotorraPanel, bpy.types.Panel):
-    bl_label = 'Preview'
-    bl_context = 'world'
-    bl_options = {'DEFAULT_CLOSED'}
-
-    @classmethod
-    def poll(cls, context):
-        return context.world is not None and super().poll(context)
-
-    def draw(self, context):
-        self.layout.template_preview(context.world)
-
-
 class COTORRA_WORLD_PT_settings(CotorraPanel, bpy.types.Panel):
     bl_label = 'Settings'
     bl_context = 'world'
@@ -264,7 +251,6 @@ CLASSES = (
     COTORRA_LIGHT_PT_beam_shape,
     COTORRA_LIGHT_PT_nodes,
     COTORRA_LIGHT_PT_settings,
-    COTORRA_WORLD_PT_preview,
     COTORRA_WORLD_PT_surface,
     COTORRA_WORLD_PT_ray_visibility,
     COTORRA_WORLD_PT_settings,

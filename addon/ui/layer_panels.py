@@ -69,7 +69,7 @@ class COTORRA_VIEWLAYER_PT_passes_terms(CotorraPanel, bpy.types.Panel):
         terms.prop(own, 'use_pass_distribution')
         terms.prop(own, 'use_pass_masking')
         terms.prop(own, 'use_pass_fresnel')
-        layout.column(heading='Light').prop(own, 'use_pass_lights')
+        layout.column(heading='Lights').prop(own, 'use_pass_lights')
 
 
 class COTORRA_VIEWLAYER_PT_passes_light_groups(ViewLayerLightgroupsPanelHelper, bpy.types.Panel):
