@@ -166,6 +166,7 @@ class RenderJob:
             self.build_bvh(module, native_scene, render_settings.threads)
         self.stats.build_seconds = time.perf_counter() - began
         self.stats.scene = dict(native_scene.stats())
+        self.reporter.scene_bytes = self.stats.scene['memory_bytes']
         self.memory.sample()
         self.log.checkpoint()
 
@@ -215,6 +216,7 @@ class RenderJob:
         self.build_bvh(module, scene, render_settings.threads)
         self.stats.build_seconds += time.perf_counter() - began
         self.stats.scene = dict(scene.stats())
+        self.reporter.scene_bytes = self.stats.scene['memory_bytes']
         self.stats.device = f'{device}, CPU' if done else 'CPU'
         self.reporter.phase('Rendering')
 
@@ -227,14 +229,15 @@ class RenderJob:
             if self.log.stopped():
                 session.cancel()
                 continue
-            self.reporter.rendering(session, render_settings.samples)
             now = time.perf_counter()
-            if show_pictures and now >= next_picture:
+            picture_due = show_pictures and now >= next_picture
+            if picture_due:
                 passes.write(session, self.result, sources, render_settings.samples, only='Combined', **film)
                 self.engine.update_result(self.result)
                 cost = time.perf_counter() - now
                 next_picture = now + cost + max(pause, PICTURE_COST * cost)
                 pause = min(pause * PICTURE_GROWTH, PICTURE_SECONDS_MAX)
+            self.reporter.rendering(session, render_settings.samples, redrawn=picture_due)
         passes.write(session, self.result, sources, render_settings.samples, **film)
         self.reporter.rendering(session, render_settings.samples, last=True)
         if session.progress() < 1.0:

@@ -10,6 +10,7 @@ from __future__ import annotations
 import bpy
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, PointerProperty
 
+from . import devices
 from .choices import (
     BOUNCES_MAX,
     DEVICE_INDEX_MAX,
@@ -32,10 +33,23 @@ def switch(name: str, description: str, default: bool = False) -> BoolProperty:
 AS_CYCLES = "Until it is set, the scene's limit for Cycles holds"
 
 
+# The choice of a graphics card by name. What is kept, and what scripts set, is its index.
+def card_items(settings: bpy.types.PropertyGroup, _context: bpy.types.Context) -> list[tuple[str, str, str, int]]:
+    return devices.items(settings.device_index)
+
+
+def card_number(settings: bpy.types.PropertyGroup) -> int:
+    return settings.device_index + 1
+
+
+def choose_card(settings: bpy.types.PropertyGroup, number: int) -> None:
+    settings.device_index = number - 1
+
+
 class CotorraSceneSettings(bpy.types.PropertyGroup):
     samples: IntProperty(
         name='Samples',
-        description='Rays sent through each pixel. Twice the noise takes a quarter of the samples',
+        description='Paths that start in each pixel. Four times as many halve the noise',
         default=64,
         min=1,
         max=SAMPLES_MAX,
@@ -65,18 +79,26 @@ class CotorraSceneSettings(bpy.types.PropertyGroup):
     )
     device: EnumProperty(
         name='Device',
-        description='What renders',
+        description='The processor that renders',
         items=DEVICES,
         default='CPU',
         update=tag_scene,
     )
     device_index: IntProperty(
         name='Graphics Card',
-        description='Which graphics card renders, in the order of cotorra_native.devices(). -1: the best that can',
+        description='Which graphics card renders, counted from 0. -1: the best that can',
         default=-1,
         min=-1,
         max=DEVICE_INDEX_MAX,
         update=tag_scene,
+    )
+    graphics_card: EnumProperty(
+        name='Graphics Card',
+        description='Which graphics card renders',
+        items=card_items,
+        get=card_number,
+        set=choose_card,
+        options={'SKIP_SAVE'},
     )
     ray_tracing: EnumProperty(
         name='Ray Tracing',
@@ -254,7 +276,9 @@ class CotorraViewLayerSettings(bpy.types.PropertyGroup):
     use_pass_fresnel: switch(
         'Fresnel', 'Pass "Cotorra F": the Fresnel term of the surface, for each lamp above it, summed'
     )
-    use_pass_lights: switch('Lamps', 'A pass for each lamp, with its light alone, named "Light" and after the lamp')
+    use_pass_lights: switch(
+        'Each Light', 'A pass for each light, which shows it alone; named "Light" and after the light'
+    )
 
 
 # Those that others refer to come first.
