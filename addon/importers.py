@@ -48,8 +48,10 @@ SUN_STRENGTH = 3.0
 SUN_ANGLE = 5.0
 WORLD_COLOR = (0.25, 0.25, 0.25)
 
-# Lines of an importer's log that tell what it could not read.
-PROBLEM = re.compile(r'(?:.*\|\s*)?\b(?:(?:Runtime )?error|warning)\b:?\s*(.*)', re.IGNORECASE)
+# Lines of an importer's log that tell what it could not read; Blender 4.5 says where in its sources, too.
+PROBLEM = re.compile(
+    r'(?:.*\|\s*)?\b(?:(?:Runtime )?error|warn(?:ing)?)\b:?\s*(?:\([\w.]+\): \S+ \w+: )?(.*)', re.IGNORECASE
+)
 PROBLEMS_MAX = 20
 
 # Folders of links that `_plain` made; images are read from them until the process ends.

@@ -12,7 +12,6 @@ import os
 import signal
 import subprocess
 import sys
-import threading
 import time
 from pathlib import Path
 
@@ -24,6 +23,7 @@ from cotorra import cli, demos, outputs, settings, terminal
 from cotorra.log import Log
 from cotorra.watch import Progress
 
+import fake_native
 from render_calls import read_exr, run_cli, start_cli
 from scenes import build
 
@@ -249,10 +249,16 @@ def test_ctrl_c_ends_a_range_of_frames(process, blend, tmp_path):
     assert [path.name for path in tmp_path.glob('*o*.png')] == ['o0004.png']
 
 
-def test_ctrl_c_while_building_leaves_the_image_that_was_there(tmp_path):
+def test_ctrl_c_while_building_leaves_the_image_that_was_there(tmp_path, monkeypatch):
     out = tmp_path / 'o.exr'
     out.write_bytes(b'an older picture')
-    threading.Timer(0.6, os.kill, (os.getpid(), signal.SIGINT)).start()
+    build_bvh = fake_native.Scene.build_bvh
+
+    def build_and_press(*arguments, **more):
+        os.kill(os.getpid(), signal.SIGINT)
+        build_bvh(*arguments, **more)
+
+    monkeypatch.setattr(fake_native.Scene, 'build_bvh', build_and_press)
     code, told = run_cli('render', '--demo', 'box_room', '-o', out, *SMALL, fake='build_seconds=60')
     assert code == cli.INTERRUPTED, told
     assert 'interrupted before anything was rendered' in told
