@@ -96,7 +96,7 @@ def test_standard_panels_are_shown_and_those_of_cycles_left_alone():
         'RENDER_PT_frame_range',
         'RENDER_PT_color_management',
         'VIEWLAYER_PT_layer',
-        'VIEWLAYER_PT_override',
+        'COTORRA_VIEWLAYER_PT_override',
         'COTORRA_VIEWLAYER_PT_passes_light_groups',
         'DATA_PT_uv_texture',
         'OBJECT_PT_visibility',

@@ -168,7 +168,7 @@ def test_every_panel_draws():
     scene = build.new_scene()
     light = bpy.data.lights.new('Spot', 'SPOT')
     names = [cls.__name__ for cls in ui.CLASSES if cls.__name__.startswith('COTORRA_RENDER')]
-    names += ['COTORRA_VIEWLAYER_PT_passes_data', 'COTORRA_VIEWLAYER_PT_passes_light']
+    names += ['COTORRA_VIEWLAYER_PT_override', 'COTORRA_VIEWLAYER_PT_passes_data', 'COTORRA_VIEWLAYER_PT_passes_light']
     for name in [*names, 'COTORRA_VIEWLAYER_PT_passes_terms', 'COTORRA_LIGHT_PT_light', 'COTORRA_LIGHT_PT_settings']:
         drawn(name, light=light)
     assert {'use_reinhard', 'reinhard_white'} <= set(drawn('COTORRA_RENDER_PT_film'))

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Cotorra's panels among the View Layer properties: the passes that it can render, and no others.
 
-Overrides are Blender's own panel, which comes before them; light groups are, too, here under the passes.
+Before them stand overrides, for which Blender 4.5 has no panel of its own; light groups are Blender's.
 """
 
 from __future__ import annotations
@@ -11,6 +11,20 @@ from bl_ui.properties_view_layer import ViewLayerLightgroupsPanelHelper
 
 from ..choices import ENGINE
 from .panel import CotorraPanel, split_layout
+
+
+class COTORRA_VIEWLAYER_PT_override(CotorraPanel, bpy.types.Panel):
+    bl_label = 'Override'
+    bl_context = 'view_layer'
+    bl_options = {'DEFAULT_CLOSED'}
+
+    def draw(self, context):
+        layout = split_layout(self)
+        layer = context.view_layer
+        layout.prop(layer, 'material_override')
+        if hasattr(layer, 'world_override'):
+            layout.prop(layer, 'world_override')
+        layout.prop(layer, 'samples')
 
 
 class COTORRA_VIEWLAYER_PT_passes(CotorraPanel, bpy.types.Panel):
@@ -78,6 +92,7 @@ class COTORRA_VIEWLAYER_PT_passes_light_groups(ViewLayerLightgroupsPanelHelper, 
 
 
 CLASSES = (
+    COTORRA_VIEWLAYER_PT_override,
     COTORRA_VIEWLAYER_PT_passes,
     COTORRA_VIEWLAYER_PT_passes_data,
     COTORRA_VIEWLAYER_PT_passes_light,

@@ -39,7 +39,6 @@ LEFT_OUT = {
 ADDED = {
     'EEVEE_MATERIAL_PT_context_material',
     'OBJECT_PT_shadow_terminator',
-    'VIEWLAYER_PT_override',
 }
 
 _shown: list[type] = []
