@@ -155,7 +155,6 @@ Session::Session(std::shared_ptr<const Scene> scene, const CameraInput &camera, 
   job_.sample_bits = std::min(static_cast<std::uint32_t>(std::bit_width(samples - 1u)), SAMPLE_BITS_MAX);
   job_.lights_at_once = kLightsAtOnce;
   job_.transparent = settings.transparent;
-  job_.transparent_bounces = settings.transparent_bounces;
   job_.camera_meets_lights = scene_->camera_meets_lights() && (job_.features & FEATURE_VISIBLE_LIGHTS) != 0;
   job_.last_rays_find_light = (job_.features & (FEATURE_WORLD | FEATURE_EMISSIVE_MESHES)) != 0;
   job_.measure_tracing = settings.measure_tracing;
