@@ -581,7 +581,7 @@ bool render(const RenderJob &job, FilmTile &tile, std::uint32_t first, std::uint
 }  // namespace
 
 extern const CpuKernel COTORRA_KERNEL_NAME;
-const CpuKernel COTORRA_KERNEL_NAME = {COTORRA_KERNEL_ISA, COTORRA_KERNEL_LEVEL, KERNEL_FEATURES, make_workspace,
-                                       render};
+const CpuKernel COTORRA_KERNEL_NAME = {COTORRA_KERNEL_ISA, COTORRA_KERNEL_LEVEL, KERNEL_FEATURES,
+                                       sizeof(Batch),      make_workspace,       render};
 
 }  // namespace cotorra
