@@ -59,8 +59,8 @@ def render_view_layer(engine: bpy.types.RenderEngine, depsgraph: bpy.types.Depsg
                     error = 'Stopped before anything was rendered'
                 elif interrupt.by:
                     error = f'Interrupted by {interrupt.by}; the render result holds what was rendered until then'
-        except (RenderError, native.NativeError) as failure:
-            error = str(failure)
+        except (RenderError, native.NativeError, MemoryError) as failure:
+            error = str(failure) or 'out of memory'
         except BaseException as failure:
             watch.show_traceback()
             error = f'{type(failure).__name__}: {failure}'

@@ -309,6 +309,14 @@ FN vec3 bsdf_eval_lobes(IN(Bsdf) bsdf, vec3 wo, vec3 wi, OUT(vec3) glossy, OUT(f
   return bsdf.diffuse * (ni * bump_shadowing(bsdf, wi));
 }
 
+// The diffuse lobe's part of the density of bsdf_sample.
+FN float bsdf_diffuse_pdf(IN(Bsdf) bsdf, vec3 wi) {
+  const float ni = max(dot(bsdf.n, wi), 0.0f);
+  float pdf = ni * INV_PI;
+  if (FEATURE(FEATURE_MODELS) && bsdf.model.model != MODEL_PRINCIPLED) pdf = model_diffuse_pdf(bsdf.model, ni);
+  return pdf * (1.0f - bsdf.p_glossy);
+}
+
 // f cos(wi) of all lobes; pdf is that of bsdf_sample.
 FN vec3 bsdf_eval(IN(Bsdf) bsdf, vec3 wo, vec3 wi, OUT(float) pdf) {
   vec3 glossy;

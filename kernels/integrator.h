@@ -32,7 +32,11 @@ struct IntegratorData {
   uint diffuse_bounces;
   uint glossy_bounces;
   uint roulette_start;   // the bounce from which a path may end at random
+  uint transparent_bounces;  // surfaces that let rays through, all along a path, shadow rays included
 };
+
+// Limits of transparent surfaces from here on are none.
+const uint TRANSPARENT_UNLIMITED = 256u;
 
 struct PathState {
   vec3 throughput;
@@ -43,6 +47,9 @@ struct PathState {
   uint glossy_bounces;
   uint ray_kind;         // VISIBLE_* bit of the ray
   uint random;           // reversed sampler index
+  uint transparent_bounces;  // surfaces that let the path through so far
+  float kind_pdf;        // as pdf, and
+  vec3 kind_weight;      // a factor on throughput: for light that rays of this kind alone see, see path_note_kind
 };
 
 // Light that will arrive if nothing stands between the surface and the light.
@@ -64,12 +71,23 @@ FN void path_begin(uint random, OUT(PathState) path) {
   path.glossy_bounces = 0u;
   path.ray_kind = VISIBLE_CAMERA;
   path.random = random;
+  path.transparent_bounces = 0u;
+  path.kind_pdf = 0.0f;
+  path.kind_weight = vec3(1.0f);
 }
 
-// Weight of light that a ray found by itself, where light sampling draws the same direction with `light_pdf`.
-FN float found_weight(IN(PathState) path, float light_pdf) {
-  return path.pdf > 0.0f ? power_heuristic(path.pdf, light_pdf) : 1.0f;
+const uint VISIBLE_SCATTERED = VISIBLE_DIFFUSE | VISIBLE_GLOSSY;
+
+// Throughput for light that a ray found by itself, and the density with which it was found, 0 where light sampling
+// cannot. `visibility` tells which rays see the light.
+FN vec3 found_throughput(IN(SceneData) scene, IN(PathState) path, uint visibility, OUT(float) pdf) {
+  const bool own = scene.light_kinds != 0u && (visibility & VISIBLE_SCATTERED) != VISIBLE_SCATTERED;
+  pdf = select(own, path.kind_pdf, path.pdf);
+  return path.throughput * select(own, path.kind_weight, vec3(1.0f));
 }
+
+// Weight of such light, where light sampling draws the same direction with `light_pdf`.
+FN float found_weight(float pdf, float light_pdf) { return pdf > 0.0f ? power_heuristic(pdf, light_pdf) : 1.0f; }
 
 // Lamp `index` as the ray meets it on its way of length t_max; lamps are transparent to rays, as in Cycles.
 FN vec3 path_meet_light(IN(SceneData) scene, uint index, IN(PathState) path, vec3 origin, vec3 direction, float t_max,
@@ -78,20 +96,24 @@ FN vec3 path_meet_light(IN(SceneData) scene, uint index, IN(PathState) path, vec
   vec3 radiance;
   float pdf;
   group = light.group;
+  // A light lights what a ray leaves: the vertex before this one. The camera always sees it.
   const bool seen = (light.visibility & path.ray_kind) != 0u && (light.flags & LIGHT_VISIBLE) != 0u &&
-                    path.bounce <= light.max_bounces;
+                    (path.bounce == 0u || path.bounce - 1u <= light.max_bounces);
   if (!seen || !light_intersect(light, origin, direction, t_max, path.normal, radiance, pdf)) return vec3(0.0f);
   // Where light sampling brings all of it, a bounce must not bring it again.
-  const bool shared_work =
-      FEATURE(FEATURE_BSDF_RAYS) && (light.flags & LIGHT_USE_MIS) != 0u && (path.ray_kind & RAY_MEETS_LAMPS) != 0u;
+  const bool shared_work = FEATURE(FEATURE_BSDF_RAYS) && (path.ray_kind & RAY_MEETS_LAMPS) != 0u;
   if (path.bounce > 0u && !shared_work) return vec3(0.0f);
   if (FEATURE(FEATURE_LIGHT_SHAPES)) radiance *= scene_light_shape(scene, index, light, origin, direction);
-  return path.throughput * radiance * found_weight(path, pdf);
+  float found_pdf;
+  const vec3 throughput = found_throughput(scene, path, light.visibility, found_pdf);
+  return throughput * radiance * found_weight(found_pdf, pdf);
 }
 
 // The background, for a ray that met no surface.
 FN vec3 path_escape(IN(SceneData) scene, IN(PathState) path) {
-  return (scene.world_visibility & path.ray_kind) != 0u ? path.throughput * scene.world : vec3(0.0f);
+  float pdf;
+  const vec3 throughput = found_throughput(scene, path, scene.world_visibility, pdf);
+  return (scene.world_visibility & path.ray_kind) != 0u ? throughput * scene.world : vec3(0.0f);
 }
 
 FN bool emits_from(uint sides, float side) {
@@ -101,14 +123,18 @@ FN bool emits_from(uint sides, float side) {
 // Light that the surface itself emits toward the ray's origin; `material` is the scene's record.
 FN vec3 path_emission(IN(SceneData) scene, IN(PathState) path, IN(Surface) s, IN(Material) material, vec3 wo, float t) {
   if (!emits_from(material.flags, s.side)) return vec3(0.0f);
+  uint visibility = VISIBLE_ALL;
+  if (scene.light_kinds != 0u) visibility = LOAD(scene.instances, s.instance).visibility;
+  float pdf;
+  const vec3 throughput = found_throughput(scene, path, visibility, pdf);
   float weight = 1.0f;
-  if ((material.flags & MATERIAL_SAMPLED) != 0u && path.pdf > 0.0f) {
+  if ((material.flags & MATERIAL_SAMPLED) != 0u) {
     // Light sampling picks a triangle in proportion to area x luminance, then a point uniformly.
     const float area_pdf = luminance(material.emission) * scene.emitter_norm;
-    weight = power_heuristic(path.pdf, area_pdf * t * t / max(abs(dot(s.ng, wo)), 1e-8f));
+    weight = found_weight(pdf, area_pdf * t * t / max(abs(dot(s.ng, wo)), 1e-8f));
   }
   const TexturePoint at = texture_point(s);
-  return path.throughput * material_emission(scene, s.material, material, at) * weight;
+  return throughput * material_emission(scene, s.material, material, at) * weight;
 }
 
 // Amount by which a shadow ray's start is lifted onto the smooth surface, 0 to 1: full where the light is about to set
@@ -129,12 +155,28 @@ FN vec3 shadow_ray_origin(IN(SceneData) scene, IN(Surface) s, vec3 wi) {
   return origin;
 }
 
-// BSDF times cosine toward wi, without the lobes that the light is hidden from.
+// BSDF times cosine toward wi, without the lobes that the light is hidden from; pdf is that of rays that see the light.
 FN vec3 visible_bsdf(IN(Bsdf) bsdf, vec3 wo, vec3 wi, uint visibility, OUT(float) pdf) {
   vec3 glossy;
-  const vec3 diffuse = bsdf_eval_lobes(bsdf, wo, wi, glossy, pdf);
-  return select((visibility & VISIBLE_DIFFUSE) != 0u, diffuse, vec3(0.0f)) +
-         select((visibility & VISIBLE_GLOSSY) != 0u, glossy, vec3(0.0f));
+  float all;
+  const vec3 diffuse = bsdf_eval_lobes(bsdf, wo, wi, glossy, all);
+  const bool to_diffuse = (visibility & VISIBLE_DIFFUSE) != 0u;
+  const bool to_glossy = (visibility & VISIBLE_GLOSSY) != 0u;
+  const float part = min(bsdf_diffuse_pdf(bsdf, wi), all);
+  pdf = select(to_diffuse, select(to_glossy, all, part), select(to_glossy, all - part, 0.0f));
+  return select(to_diffuse, diffuse, vec3(0.0f)) + select(to_glossy, glossy, vec3(0.0f));
+}
+
+// Takes note of what the ray would carry if it were of a scene without the other kind of lobe: light that rays of its
+// kind alone see must not be weighed with lobes that it is hidden from. The lobe's own sample is throughput x
+// kind_weight, its density kind_pdf.
+FN void path_note_kind(IN(Bsdf) bsdf, vec3 wo, vec3 wi, INOUT(PathState) path) {
+  if (!(path.pdf > 0.0f)) return;  // a mirror's ray is its own
+  float all_pdf;
+  const vec3 all = visible_bsdf(bsdf, wo, wi, VISIBLE_SCATTERED, all_pdf);
+  const vec3 own = visible_bsdf(bsdf, wo, wi, path.ray_kind, path.kind_pdf);
+  const float scale = select(path.kind_pdf > 0.0f, all_pdf / max(path.kind_pdf, 1e-30f), 0.0f);
+  path.kind_weight = own * scale / max(all, vec3(1e-30f));
 }
 
 // What one sample of a lamp brings to the surface if nothing stands between. Without branches on the point, so that a
@@ -143,7 +185,7 @@ FN vec3 light_contribution(IN(Light) light, IN(LightSample) l, IN(Bsdf) bsdf, ve
   float bsdf_pdf;
   const vec3 f = visible_bsdf(bsdf, wo, l.wi, light.visibility, bsdf_pdf);
   float weight = scale;
-  if (FEATURE(FEATURE_BSDF_RAYS) && light.radius > 0.0f && (light.flags & LIGHT_USE_MIS) != 0u) {
+  if (FEATURE(FEATURE_BSDF_RAYS) && (light.flags & LIGHT_VISIBLE) != 0u) {
     // Only sharp highlights share the work with bounces; elsewhere light sampling does all of it.
     weight *= select((bsdf.lobes & BSDF_SHARP) != 0u, power_heuristic(l.pdf, bsdf_pdf), 1.0f);
   }
@@ -293,6 +335,8 @@ FN bool path_advance(IN(IntegratorData) integrator, INOUT(PathState) path, IN(Su
   if (!(b.pdf > 0.0f) || dot(b.wi, s.ng) <= 0.0f) return false;
   path.throughput *= b.weight;
   path.pdf = select((b.lobe & BSDF_SINGULAR) != 0u, 0.0f, b.pdf);
+  path.kind_pdf = path.pdf;
+  path.kind_weight = vec3(1.0f);
   path.normal = s.n;
   path.bounce += 1u;
   if ((b.lobe & BSDF_DIFFUSE) != 0u) {
@@ -314,18 +358,35 @@ FN bool path_advance(IN(IntegratorData) integrator, INOUT(PathState) path, IN(Su
 }
 
 // The next direction. Returns false where the path ends.
-FN bool path_bounce(IN(IntegratorData) integrator, INOUT(PathState) path, IN(Surface) s, IN(Bsdf) bsdf, vec3 wo, vec2 u,
-                    vec2 u_choice, OUT(vec3) origin, OUT(vec3) direction) {
+FN bool path_bounce(IN(SceneData) scene, IN(IntegratorData) integrator, INOUT(PathState) path, IN(Surface) s,
+                    IN(Bsdf) bsdf, vec3 wo, vec2 u, vec2 u_choice, OUT(vec3) origin, OUT(vec3) direction) {
   BsdfSample b;
   bsdf_sample(bsdf, wo, u_choice.x, u, b);
   direction = b.wi;
-  return path_advance(integrator, path, s, b, u_choice.y, origin);
+  if (!path_advance(integrator, path, s, b, u_choice.y, origin)) return false;
+  if (scene.light_kinds != 0u) path_note_kind(bsdf, wo, b.wi, path);
+  return true;
 }
 
-// May a ray of this path light surfaces where it lands, or only bring light home?
+// Transparent surfaces that a path may cross on its way to a surface: one in any case, as in Cycles.
+FN uint path_crossings(IN(IntegratorData) integrator) { return max(integrator.transparent_bounces, 1u); }
+
+// Has a path that crossed so many surfaces come too far, even to bring light home?
+FN bool path_crossed_too_many(IN(IntegratorData) integrator, uint crossed) {
+  return crossed > path_crossings(integrator) && integrator.transparent_bounces < TRANSPARENT_UNLIMITED;
+}
+
+// What a shadow ray leaves of its light after `crossed` surfaces, those of its path included, if they leave `kept`.
+FN float shadow_kept(IN(IntegratorData) integrator, uint crossed, float kept) {
+  const uint limit = integrator.transparent_bounces;
+  return select(crossed > limit && limit < TRANSPARENT_UNLIMITED, 0.0f, kept);
+}
+
+// True past the last bounce, and behind as many transparent surfaces as the path may cross: the hit adds emission only.
 FN bool path_is_last(IN(IntegratorData) integrator, IN(PathState) path) {
   return path.bounce > integrator.max_bounces || path.diffuse_bounces > integrator.diffuse_bounces ||
-         path.glossy_bounces > integrator.glossy_bounces;
+         path.glossy_bounces > integrator.glossy_bounces ||
+         path_crossed_too_many(integrator, path.transparent_bounces + 1u);
 }
 
 #ifdef __cplusplus

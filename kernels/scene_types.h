@@ -49,8 +49,7 @@ const uint LIGHT_SPOT = 2u;
 
 const uint LIGHT_SOFT_FALLOFF = 1u;  // a disk that faces the shading point; else a sphere
 const uint LIGHT_CAST_SHADOW = 2u;
-const uint LIGHT_VISIBLE = 4u;  // rays can meet it
-const uint LIGHT_USE_MIS = 8u;  // bounces meet it too, so light sampling shares the work with them
+const uint LIGHT_VISIBLE = 4u;  // rays can meet it; light sampling then shares the work with bounces
 // Where passes show lamps one by one, `group` of a lamp holds its pass, counted from 1, above this bit. A light group
 // fills the bits below, all of them set for none.
 const uint LAMP_PASS_SHIFT = 16u;
@@ -400,12 +399,14 @@ struct SceneData {
   MaterialInputsBuffer material_inputs;  // [materials]
   MeshTexturesBuffer mesh_textures;  // [meshes]
   ObjectSpaceBuffer object_spaces;  // [instances], null where no slot has COORDINATES_OBJECT
+  uint light_kinds;  // 1: diffuse or glossy rays alone see some light (PathState.kind_weight)
+  uint unused;
 };
 
 #ifdef __cplusplus
 static_assert(sizeof(Light) == 112 && sizeof(Material) == 64 && sizeof(Mesh) == 56 && sizeof(Instance) == 112 &&
               sizeof(Emitter) == 96 && sizeof(LightShape) == 32 && sizeof(MaterialModel) == 160 &&
-              sizeof(ClassicMaterial) == 64 && sizeof(SceneData) == 168);
+              sizeof(ClassicMaterial) == 64 && sizeof(SceneData) == 176);
 static_assert(sizeof(Texture) == 32 && sizeof(TextureSlot) == 96 && sizeof(MaterialInputs) == 48 &&
               sizeof(MeshTextures) == 104 && sizeof(ObjectSpace) == 48);
 }  // namespace cotorra

@@ -17,6 +17,7 @@ struct Hit {
   float v;
   uint triangle;
   uint instance;   // INVALID_ID: nothing was met
+  uint crossed;    // transparent surfaces on the way
 };
 
 // A shading point, world space. Both normals are on the side that the ray came from, after Blender: the smooth normal

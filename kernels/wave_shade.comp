@@ -64,7 +64,11 @@ bool shade(uint lane) {
   const CameraRay ray = LOAD(WAVE.rays, lane);
   PathState path = LOAD(WAVE.paths, lane);
   const Hit hit = LOAD(WAVE.hits, lane);
-  if (FEATURE(FEATURE_TRANSPARENCY) && hit.t == HIT_ENDED) return false;
+  if (FEATURE(FEATURE_TRANSPARENCY)) {
+    if (hit.t == HIT_ENDED) return false;
+    path.transparent_bounces += hit.crossed;
+    WAVE.paths.v[lane].transparent_bounces = path.transparent_bounces;
+  }
   if (FEATURE(FEATURE_WHITTED)) absorb(lane, hit.t, path);
   const bool missed = hit.instance == INVALID_ID;
   const bool meets = path.bounce > 0u ? FEATURE(FEATURE_BSDF_RAYS) : flag(WAVE_CAMERA_MEETS_LIGHTS);

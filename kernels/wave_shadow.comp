@@ -33,8 +33,7 @@ void main() {
   ShadowRay ray = LOAD(WAVE.shadow_rays, place);
   const bool to_light = place / WAVE.lanes != push.sky_slot;  // glass hides the sky
   const bool sees_through = FEATURE(FEATURE_WHITTED) && flag(WAVE_TRANSPARENT_SHADOWS) && to_light;
-  const uint limit = WAVE.transparent_bounces;
-  uint crossed = 0u;
+  uint crossed = WAVE.paths.v[place % WAVE.lanes].transparent_bounces;
   uint panes = 0u;
   float t_min = 0.0f;
   float kept = 1.0f;  // share of the light that is left
@@ -50,9 +49,8 @@ void main() {
       t_min = 0.0f;
       if (panes <= WHITTED_PANES && cross_pane(hit, ray, light)) continue;
     }
-    kept *= 1.0f - alpha;
     crossed += 1u;
-    if (crossed > limit && limit < WAVE_UNLIMITED) kept = 0.0f;
+    kept = shadow_kept(WAVE.integrator, crossed, kept * (1.0f - alpha));
     if (!(kept > 0.0f)) break;
     t_min = hit.t;
   }

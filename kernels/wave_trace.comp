@@ -24,7 +24,6 @@ void main() {
   const uint lane = LOAD(WAVE.rays_queue, gl_GlobalInvocationID.x);
   const CameraRay ray = LOAD(WAVE.rays, lane);
   const PathState path = LOAD(WAVE.paths, lane);
-  const uint limit = max(WAVE.transparent_bounces, 1u);  // one is allowed anyway, as in Cycles
   uint crossed = 0u;
   float t_min = ray.t_min;
   Hit hit;
@@ -33,12 +32,11 @@ void main() {
     if (!FEATURE(FEATURE_TRANSPARENCY) || hit.instance == INVALID_ID) break;
     if (!lets_through(hit, path, pixel_of(lane).block_seed)) break;
     crossed += 1u;
-    if (crossed > limit && limit < WAVE_UNLIMITED) break;
     t_min = hit.t;
+    if (!path_crossed_too_many(WAVE.integrator, path.transparent_bounces + crossed)) continue;
+    hit.t = HIT_ENDED;
+    break;
   }
-  if (FEATURE(FEATURE_TRANSPARENCY) && limit < WAVE_UNLIMITED) {
-    // The surface behind the last one that may be crossed ends a path, too, as in Cycles.
-    if (crossed > limit || (crossed == limit && hit.instance != INVALID_ID)) hit.t = HIT_ENDED;
-  }
+  hit.crossed = crossed;
   STORE(WAVE.hits, lane, hit);
 }

@@ -133,6 +133,8 @@ FN bool whitted_advance(INOUT(PathState) path, IN(Surface) s, vec3 direction, ve
                         OUT(vec3) origin) {
   path.throughput *= weight;
   path.pdf = 0.0f;
+  path.kind_pdf = 0.0f;
+  path.kind_weight = vec3(1.0f);
   path.normal = s.n;
   path.bounce += 1u;
   path.ray_kind = kind | RAY_MEETS_LAMPS;

@@ -35,7 +35,7 @@ void begin_alpha(const RenderJob &job, uint block_seed, Alpha &alpha) {
   alpha.scene = job.scene;
   alpha.first_instances = job.first_instances.data();
   alpha.block_seed = block_seed;
-  alpha.limit = std::min(job.transparent_bounces, kUnlimited);
+  alpha.limit = std::min(job.limits.transparent_bounces, TRANSPARENT_UNLIMITED);
   alpha.distances.resize(std::size_t{kWidth} * (passes_of_path(alpha.limit) + 1));
 }
 
@@ -125,6 +125,7 @@ struct Batch final : Workspace {
   std::array<uint, kWidth> shadow_slot;
   std::array<vec3, kWidth> shadow_contribution;
   std::array<int, kWidth> shadow_group;
+  std::array<uint, kWidth> shadow_crossed;  // transparent surfaces of the path
   int shadow_count = 0;
   std::vector<RecordedPacket> recorded;
   bool recording = false;

@@ -30,8 +30,8 @@ class Renderer {
  public:
   Renderer(const RenderJob &job, Batch &batch, RayCounts &counts, int x0, int y0)
       : job_(job), scene_(*job.scene), b_(batch), counts_(counts) {
-    limits_ = {job.limits.max_bounces, job.limits.diffuse_bounces, job.limits.glossy_bounces,
-               job.limits.roulette_start};
+    limits_ = {job.limits.max_bounces, job.limits.diffuse_bounces, job.limits.glossy_bounces, job.limits.roulette_start,
+               job.limits.transparent_bounces};
     block_seed_ = sampler_block_seed(static_cast<uint>(x0), static_cast<uint>(y0), job.sample_bits, job.seed);
     arguments_.feature_mask = job.embree_features;
     if (FEATURE(FEATURE_TRANSPARENCY)) {
@@ -97,7 +97,7 @@ class Renderer {
   // ---- Stage 2: the nearest surface.
   void trace(int lanes, bool coherent) {
     arguments_.flags = coherent ? embree::kCoherent : embree::kIncoherent;
-    trace_packets(tracer_, b_.packets.data(), lanes);
+    trace_packets(tracer_, b_.packets.data(), lanes, true);
   }
 
   void add_light(uint slot, vec3 value, int group) {
@@ -285,8 +285,7 @@ class Renderer {
         const Surface &s = b_.surface[i];
         origin += surface_smooth_lift(scene_, s.instance, s.triangle, s.u, s.v, s.ng) * b_.light.lift[i];
       }
-      queue_shadow({origin, b_.light.distance[i], b_.light.wi.get(i), light.group, contribution, mask}, b_.slot[i],
-                   bounce);
+      queue_shadow({origin, b_.light.distance[i], b_.light.wi.get(i), light.group, contribution, mask}, i, bounce);
     }
   }
 
@@ -294,7 +293,7 @@ class Renderer {
     ShadowRay ray;
     if (path_sample_light(scene_, index, b_.path[i], b_.surface[i], b_.shading.bsdf(i), b_.shading.wo.get(i), u, scale,
                           ray)) {
-      queue_shadow(ray, b_.slot[i], bounce);
+      queue_shadow(ray, i, bounce);
     }
   }
 
@@ -324,12 +323,13 @@ class Renderer {
       ShadowRay ray;
       if (path_sample_emitter(scene_, b_.path[i], b_.surface[i], b_.shading.bsdf(i), b_.shading.wo.get(i), pick[i],
                               vec2(b_.u2[i], b_.v2[i]), ray)) {
-        queue_shadow(ray, b_.slot[i], bounce);
+        queue_shadow(ray, i, bounce);
       }
     }
   }
 
-  void queue_shadow(const ShadowRay &ray, uint slot, uint bounce) {
+  void queue_shadow(const ShadowRay &ray, std::size_t lane, uint bounce) {
+    const uint slot = b_.slot[lane];
     if (ray.visibility == 0u) {
       arrive(slot, ray.contribution, ray.group, bounce, true);
       return;
@@ -348,6 +348,7 @@ class Renderer {
     b_.shadow_slot[k] = slot;
     b_.shadow_contribution[k] = ray.contribution;
     b_.shadow_group[k] = ray.group;
+    if (FEATURE(FEATURE_TRANSPARENCY)) b_.shadow_crossed[k] = b_.path[lane].transparent_bounces;
     if (++b_.shadow_count == kWidth) flush_shadow(bounce);
   }
 
@@ -358,6 +359,7 @@ class Renderer {
     if (b_.recording) b_.recorded.push_back({{b_.shadow, {}}, b_.shadow_count, arguments_.flags, true});
     embree::Ray<kWidth> asked;
     if (FEATURE(FEATURE_WHITTED)) asked = b_.shadow;
+    if (FEATURE(FEATURE_TRANSPARENCY)) b_.alpha_context.before = b_.shadow_crossed;
     occluded(*job_.rtc, valid, job_.bvh, &b_.shadow, &arguments_);
     if (FEATURE(FEATURE_WHITTED) && job_.classic.transparent_shadows) {
       see_through(tracer_, asked, b_.shadow_count, b_.shadow, b_.shadow_contribution.data());
@@ -403,6 +405,7 @@ class Renderer {
       const BsdfSample sample{b_.bounce.wi.get(i), b_.bounce.pdf[i], b_.bounce.weight.get(i), b_.bounce.lobe[i]};
       vec3 origin;
       if (!path_advance(limits_, path, b_.surface[i], sample, roulette[i], origin)) continue;
+      if (scene_.light_kinds != 0u) path_note_kind(b_.shading.bsdf(i), b_.shading.wo.get(i), sample.wi, path);
       // A last ray can only bring light home: where there is none to find, it need not be traced.
       const bool finds =
           FEATURE(FEATURE_BSDF_RAYS) && (job_.last_rays_find_light || (path.ray_kind & RAY_MEETS_LAMPS) != 0u);
@@ -579,7 +582,7 @@ bool render(const RenderJob &job, FilmTile &tile, std::uint32_t first, std::uint
 }  // namespace
 
 extern const CpuKernel COTORRA_KERNEL_NAME;
-const CpuKernel COTORRA_KERNEL_NAME = {COTORRA_KERNEL_ISA, COTORRA_KERNEL_LEVEL, KERNEL_FEATURES, make_workspace,
-                                       render};
+const CpuKernel COTORRA_KERNEL_NAME = {COTORRA_KERNEL_ISA, COTORRA_KERNEL_LEVEL, KERNEL_FEATURES,
+                                       sizeof(Batch),      make_workspace,       render};
 
 }  // namespace cotorra

@@ -16,7 +16,7 @@
 namespace cotorra {
 
 struct PathLimits {  // kernels/integrator.h, IntegratorData
-  std::uint32_t max_bounces, diffuse_bounces, glossy_bounces, roulette_start;
+  std::uint32_t max_bounces, diffuse_bounces, glossy_bounces, roulette_start, transparent_bounces;
 };
 
 enum class Integrator { kDirect, kPath, kWhitted, kOcclusion, kToon };
@@ -52,7 +52,6 @@ struct RenderJob {
   std::uint32_t sample_bits;   // log2 of the samples a pixel, rounded up
   std::uint32_t lights_at_once;  // all lamps are sampled at a vertex while there are at most so many
   bool transparent;
-  std::uint32_t transparent_bounces;
   bool camera_meets_lights;  // a lamp is visible to camera rays
   bool last_rays_find_light;  // the world or a mesh: worth the last ray of any path, not only of those that meet lamps
   bool measure_tracing;
@@ -84,6 +83,7 @@ struct CpuKernel {
   const char *isa;
   std::uint32_t isa_level;  // 2, 3, 4 for x86-64-v2, -v3, -v4
   std::uint32_t features;  // FEATURE_* compiled in
+  std::size_t workspace_bytes;  // at least
   std::unique_ptr<Workspace> (*make_workspace)(const RenderJob &);
   // Takes samples [first, first + count) of each pixel in the tile's to_sample(). Returns false if cancelled; what was
   // finished by then is in the tile, unless the batch could not be kept whole.

@@ -72,7 +72,8 @@ struct Passage {
   vec3 light{1.0f, 1.0f, 1.0f};  // share that glass leaves
   float kept = 1.0f;             // share that surfaces with alpha below 1 leave
   float left = 0.0f;             // distance to the light
-  uint panes = 0, crossed = 0;
+  uint panes = 0;
+  uint crossed = 0;  // by the path and since
 };
 
 // Takes a shadow ray that met `hit` across it, straight on. Returns false where the surface stops it.
@@ -84,7 +85,8 @@ bool cross_surface(const RenderJob &job, const Hit &hit, embree::RayHit<kWidth> 
   const float alpha = FEATURE(FEATURE_TRANSPARENCY) ? alpha_at(scene, texture_point(s)) : 1.0f;
   if (alpha < 1.0f) {
     passage.kept *= 1.0f - alpha;
-    const uint limit = job.transparent_bounces < kUnlimited ? job.transparent_bounces : kMostCrossings;
+    const uint most = job.limits.transparent_bounces;
+    const uint limit = most < TRANSPARENT_UNLIMITED ? most : kMostCrossings;
     if (++passage.crossed > limit || !(passage.kept > 0.0f)) return false;
   } else {
     const ClassicMaterial &classic = scene.classic.v[s.material];
@@ -108,6 +110,7 @@ void see_through(const Tracer &t, const embree::Ray<kWidth> &asked, int count, e
   for (std::size_t k = 0; k < kWidth; ++k) {
     valid[k] = static_cast<int>(k) < count && !(answered.tfar[k] >= 0.0f) ? -1 : 0;
     passages[k].left = asked.tfar[k];
+    if (FEATURE(FEATURE_TRANSPARENCY)) passages[k].crossed = alpha_of(t.arguments)->before[k];
     p.hit.geom_id[k] = p.hit.inst_id[k] = embree::kInvalidId;
     any |= valid[k] != 0;
   }

@@ -9,6 +9,7 @@
 #include <numeric>
 
 #include "albedo_tables.h"
+#include "memory.h"
 
 namespace cotorra {
 namespace {
@@ -64,6 +65,13 @@ bool is_identity(const float *m) {
   return std::equal(m, m + 12, kIdentity);
 }
 
+constexpr uint kScattered = VISIBLE_DIFFUSE | VISIBLE_GLOSSY;
+
+// Is a light of this visibility hidden from diffuse or from glossy rays, and not from both?
+bool seen_by_one_kind(uint visibility) {
+  return (visibility & kScattered) == VISIBLE_DIFFUSE || (visibility & kScattered) == VISIBLE_GLOSSY;
+}
+
 }  // namespace
 
 Light light_from_blender(const LightsInput &in, std::size_t i) {
@@ -104,16 +112,18 @@ Light light_from_blender(const LightsInput &in, std::size_t i) {
     light.spot_scale = static_cast<float>(1.0 / std::max(ramp, 1e-9));  // no blend: a step, not a division by zero
   }
   light.radiance = in.strength[i] * scale;
-  // A light that only some kinds of bounces see is found by light sampling alone: the two techniques would not draw
-  // the same light.
-  const bool seen_by_all =
-      (light.visibility & (VISIBLE_DIFFUSE | VISIBLE_GLOSSY)) == (VISIBLE_DIFFUSE | VISIBLE_GLOSSY);
-  if (in.use_mis[i] != 0 && light.radius > 0.0f) light.flags |= LIGHT_VISIBLE | (seen_by_all ? LIGHT_USE_MIS : 0u);
+  if (in.use_mis[i] != 0 && light.radius > 0.0f) light.flags |= LIGHT_VISIBLE;
   return light;
 }
 
 Scene::Scene(SceneInput input) {
   validate(input);
+  const std::uint64_t instances = input.instances.mesh.size();
+  with_memory(instances * (sizeof(Instance) + sizeof(ObjectSpace)) + input.materials.metallic.size() * sizeof(Material),
+              std::to_string(instances) + " instances and the scene's materials", [&] { prepare(input); });
+}
+
+void Scene::prepare(SceneInput &input) {
   light_group_count_ = input.light_group_count;
   materials_ = material_records(input.materials);
   prepare_models(input.materials.models);
@@ -323,7 +333,11 @@ void Scene::prepare_meshes(SceneInput &in) {
     Instance *instance = only[k];
     const bool move = storage.flattened && (instance->flags & INSTANCE_IDENTITY) == 0;
     if (move || !source.positions_padded) {
-      storage.positions.resize(source.positions.size() + 1);  // Embree reads 16 bytes at the last vertex
+      with_memory((source.positions.size() + (move ? source.normals.size() : 0)) * sizeof(vec3),
+                  "mesh '" + storage.name + "'", [&] {
+                    storage.positions.resize(source.positions.size() + 1);  // Embree reads 16 bytes at the last vertex
+                    if (move) storage.normals.resize(source.normals.size());
+                  });
       std::copy(source.positions.begin(), source.positions.end(), storage.positions.begin());
       positions = storage.positions.data();
     }
@@ -334,7 +348,6 @@ void Scene::prepare_meshes(SceneInput &in) {
         storage.positions[i] =
             instance->x_axis * p.x + instance->y_axis * p.y + instance->z_axis * p.z + instance->origin;
       }
-      storage.normals.resize(source.normals.size());
       for (std::size_t i = 0; i < source.normals.size(); ++i) {
         const vec3 n = source.normals[i];
         const vec3 moved = instance->normal_x * n.x + instance->normal_y * n.y + instance->normal_z * n.z;
@@ -375,8 +388,7 @@ void Scene::prepare_emitters() {
     for (uint s = 0; s < instance.material_count; ++s) {
       any |= (materials_[material_slots_[instance.material_base + s]].flags & MATERIAL_SAMPLED) != 0;
     }
-    const bool seen = (instance.visibility & (VISIBLE_DIFFUSE | VISIBLE_GLOSSY)) == (VISIBLE_DIFFUSE | VISIBLE_GLOSSY);
-    if (!any || !seen) continue;
+    if (!any || (instance.visibility & kScattered) == 0) continue;  // no bounce sees it
     for (uint t = 0; t < mesh.triangle_count; ++t) {
       uint slot = 0;
       if ((mesh.flags & MESH_HAS_SLOTS) != 0) slot = std::min(mesh.slots.v[t], instance.material_count - 1);
@@ -403,6 +415,10 @@ void Scene::prepare_emitters() {
       e.visibility = instance.visibility;
       e.group = instance.light_group;
       total += static_cast<double>(e.area) * static_cast<double>(dot(e.radiance, vec3(0.2126f, 0.7152f, 0.0722f)));
+      if (emitters_.size() == emitters_.capacity()) {
+        const std::size_t room = 2 * emitters_.size() + 64;
+        with_memory(room * sizeof(Emitter), "the triangles that emit", [&] { emitters_.reserve(room); });
+      }
       emitters_.push_back(e);
     }
   }
@@ -419,10 +435,13 @@ void Scene::prepare_emitters() {
 
 void Scene::prepare_features() {
   bool soft = false;
+  bool one_kind = false;
   for (const Light &light : lights_) {
     soft |= light.radius > 0.0f;
     camera_meets_lights_ |= (light.flags & LIGHT_VISIBLE) != 0 && (light.visibility & VISIBLE_CAMERA) != 0;
-    bounces_meet_lights_ |= (light.flags & LIGHT_USE_MIS) != 0;
+    bounces_meet_lights_ |=
+        (light.flags & LIGHT_VISIBLE) != 0 && (light.visibility & (kScattered | VISIBLE_TRANSMISSION)) != 0;
+    one_kind |= (light.flags & LIGHT_VISIBLE) != 0 && seen_by_one_kind(light.visibility);
   }
   bool specular = false;
   bool sharp = false;
@@ -430,7 +449,11 @@ void Scene::prepare_features() {
   bool models = false;
   std::vector<bool> used(materials_.size(), false);
   for (const Instance &i : instances_) {
-    for (uint s = 0; s < i.material_count; ++s) used[material_slots_[i.material_base + s]] = true;
+    for (uint s = 0; s < i.material_count; ++s) {
+      const uint material = material_slots_[i.material_base + s];
+      used[material] = true;
+      one_kind |= (materials_[material].flags & MATERIAL_EMISSIVE) != 0 && seen_by_one_kind(i.visibility);
+    }
   }
   for (std::size_t k = 0; k < materials_.size(); ++k) {
     if (!used[k]) continue;
@@ -449,7 +472,9 @@ void Scene::prepare_features() {
   if (specular || models) features_ |= FEATURE_SPECULAR;
   if (emissive) features_ |= FEATURE_EMISSIVE_MESHES;
   if (world) features_ |= FEATURE_WORLD;
-  const bool world_lights = world && (data_.world_visibility & (VISIBLE_DIFFUSE | VISIBLE_GLOSSY)) != 0;
+  const bool world_lights = world && (data_.world_visibility & kScattered) != 0;
+  one_kind |= world && seen_by_one_kind(data_.world_visibility);
+  data_.light_kinds = one_kind ? 1u : 0u;
   if (emissive || world_lights || (sharp && bounces_meet_lights_)) features_ |= FEATURE_BSDF_RAYS;
   const bool met = camera_meets_lights_ || ((features_ & FEATURE_BSDF_RAYS) != 0 && bounces_meet_lights_);
   if (met) features_ |= FEATURE_VISIBLE_LIGHTS;

@@ -160,7 +160,7 @@ def render(made: b.SceneBuffers, seen_by: b.Camera | None = None, **settings: An
     assert session.wait(300.0)
     result = {}
     for name in passes:
-        shape = (seen_by.region[3], seen_by.region[2], b.PASSES[name])
+        shape = (seen_by.region[3], seen_by.region[2], b.PASSES.get(name, 3))
         result[name] = np.zeros(shape, F32)
         session.read(name, result[name])
     result['stats'] = session.stats()
