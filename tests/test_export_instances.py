@@ -289,7 +289,8 @@ def test_light_groups() -> None:
     # A world and a lamp without a group are in none.
     lamp = bpy.data.objects['Point']
     world.lightgroup = lamp.lightgroup = ''
-    lamp.update_tag()  # as a click in the panel does; Blender 4.5 does not for a script
+    for changed in (world, lamp):
+        changed.update_tag()  # as a click in the panel does; Blender 4.5 does not for a script
     buffers = exported(scene)
     assert buffers.lights.light_group.tolist() == [-1] and buffers.world.light_group == -1
 
