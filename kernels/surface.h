@@ -45,6 +45,15 @@ FN uvec3 mesh_normal_indices(IN(Mesh) mesh, uint triangle, uvec3 vertices) {
   return vertices;
 }
 
+// The material of a triangle; slots past the object's last use the last, as Blender does.
+FN uint triangle_material(IN(SceneData) scene, uint instance_id, uint triangle) {
+  const Instance instance = LOAD(scene.instances, instance_id);
+  Mesh mesh = LOAD(scene.meshes, instance.mesh);
+  uint slot = 0u;
+  if ((mesh.flags & MESH_HAS_SLOTS) != 0u) slot = min(LOAD(mesh.slots, triangle), instance.material_count - 1u);
+  return LOAD(scene.material_slots, instance.material_base + slot);
+}
+
 // The triangle of a hit in world space, and what belongs to it.
 struct SurfaceTriangle {
   vec3 p0;
@@ -85,10 +94,7 @@ FN void surface_fetch(IN(SceneData) scene, uint instance_id, uint triangle, OUT(
     t.n2 = instance_normal(instance, t.n2);
   }
   t.orientation = select((instance.flags & INSTANCE_MIRRORED) != 0u, -1.0f, 1.0f);
-  // The material of the triangle's slot; slots past the object's last use the last, as Blender does.
-  uint slot = 0u;
-  if ((mesh.flags & MESH_HAS_SLOTS) != 0u) slot = min(LOAD(mesh.slots, triangle), instance.material_count - 1u);
-  t.material = LOAD(scene.material_slots, instance.material_base + slot);
+  t.material = triangle_material(scene, instance_id, triangle);
 }
 
 // Position and normals at barycentric u, v, seen along `direction`: both normals turn to the ray's side together, as in

@@ -53,7 +53,7 @@ void apply_outlines(const SettingsInput &s, const CameraInput &camera, ClassicJo
 // The features of the scene that the integrator has use for, and its own.
 std::uint32_t features_of(Integrator integrator, const SettingsInput &s, const Scene &scene, const ClassicJob &job) {
   const std::uint32_t all = scene.features();
-  const std::uint32_t seen = FEATURE_WORLD | FEATURE_TEXTURES | FEATURE_TRANSPARENCY;
+  const std::uint32_t seen = FEATURE_WORLD | FEATURE_PROGRAMS | FEATURE_TRANSPARENCY;
   const bool ambient = max(max(job.ambient.x, job.ambient.y), job.ambient.z) > 0.0f;
   const std::uint32_t ambient_term = ambient ? FEATURE_OCCLUSION : 0u;
   switch (integrator) {

@@ -16,7 +16,7 @@
 #include "laboratory.h"
 #include "python_arrays.h"
 #include "python_models.h"
-#include "python_textures.h"
+#include "python_programs.h"
 #include "scene.h"
 #include "session.h"
 
@@ -60,6 +60,7 @@ MeshInput read_mesh(nb::handle mesh) {
     m.slots = view<uint, std::uint32_t>(mesh, "slots", keep);
     m.tangents = view<vec4, float>(mesh, "tangents", keep);
     m.generated = view<vec3, float>(mesh, "generated", keep);
+    m.attributes = read_attributes(mesh, keep);
   } catch (const std::invalid_argument &error) {
     throw std::invalid_argument("mesh '" + m.name + "': " + error.what());
   }
@@ -72,7 +73,7 @@ SceneInput read_scene(nb::handle buffers, std::vector<nb::object> &keep) {
   SceneInput in;
   for (nb::handle mesh : nb::getattr(buffers, "meshes")) in.meshes.push_back(read_mesh(mesh));
 
-  in.textures = read_textures(buffers, python_owner, keep);
+  in.programs = read_programs(buffers, python_owner, keep);
   const nb::object instances = nb::getattr(buffers, "instances");
   in.instances.mesh = view<uint, std::uint32_t>(instances, "mesh", keep);
   in.instances.transform = view<float, float>(instances, "transform", keep);
@@ -286,6 +287,20 @@ nb::dict cpu_info() {
   return d;
 }
 
+nb::dict shader_ops() {
+  nb::dict d;
+  for (const OpInfo &op : program_ops()) {
+    d[op.name] = nb::make_tuple(op.number, std::string(1, op.result), op.arguments);
+  }
+  return d;
+}
+
+nb::dict shader_closures() {
+  nb::dict d;
+  for (const ClosureInfo &c : program_closures()) d[c.name] = nb::make_tuple(c.kind, std::string(c.arguments));
+  return d;
+}
+
 nb::list devices() {
   nb::list list;
   for (const VulkanDeviceInfo &info : vulkan_devices()) {
@@ -342,6 +357,9 @@ NB_MODULE(cotorra_native, m) {
       "`cache`: folder of compiled kernels, '' for none; `ray_tracing`: as in RenderSettings. Raises DeviceError; "
       "ValueError for an unknown feature.");
   m.def("version", [] { return COTORRA_VERSION; }, "The version of the module.");
+  m.def("shader_ops", &shader_ops,
+        "Ops of shaders by name: (number, 'f' or 'v' for the result, the arguments' types such as 'vff').");
+  m.def("shader_closures", &shader_closures, "Closures of shaders by name: (number, the arguments' types).");
   m.def("cpu_info", &cpu_info, "Instruction set that the kernels use here, and hardware threads.");
   m.def(
       "kernels",
@@ -367,7 +385,10 @@ NB_MODULE(cotorra_native, m) {
           "Raises ValueError (array, index, value), RuntimeError (Embree), Cancelled.")
       .def("build_bvh", &build_bvh, "threads"_a = 0, "embree"_a = "", "should_cancel"_a = nb::none(),
            "Builds the BVH that the CPU needs, where there is none yet; as the constructor.")
-      .def("stats", &scene_stats, "Build seconds, bytes and counts, as a dict.");
+      .def("stats", &scene_stats, "Build seconds, bytes and counts, as a dict.")
+      .def(
+          "explain", [](const SceneHandle &handle, std::size_t shader) { return handle.scene->explain(shader); },
+          "shader"_a, "The programs that a shader of the SceneBuffers became, as text. Raises IndexError.");
 
   nb::class_<Session>(m, "Session", "A render in progress.")
       .def(

@@ -49,7 +49,6 @@ MaterialsInput read_materials(nb::handle materials, std::vector<nb::object> &kee
   in.multi_ggx = view<uint, std::uint32_t>(materials, "multi_ggx", keep);
   in.pass_index = view<int, std::int32_t>(materials, "pass_index", keep);
   in.emission_sampling = view<uint, std::uint32_t>(materials, "emission_sampling", keep);
-  in.transmission = view<float, float>(materials, "transmission", keep);
   in.emission_sides = view<uint, std::uint32_t>(materials, "emission_sides", keep);
   in.models = read_models(nb::getattr(materials, "models", nb::none()), keep);
   return in;

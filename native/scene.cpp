@@ -116,9 +116,9 @@ Scene::Scene(SceneInput input) {
   validate(input);
   light_group_count_ = input.light_group_count;
   materials_ = material_records(input.materials);
+  prepare_programs(input.programs, input.materials);
   prepare_models(input.materials.models);
-  prepare_classic(input.materials);
-  prepare_textures(input.textures, input.materials.emission_sampling, input.materials.emission_sides);
+  prepare_classic();
   material_slots_.assign(input.material_slots.begin(), input.material_slots.end());
   prepare_lights(input.lights);
   prepare_instances(input);
@@ -138,6 +138,7 @@ Scene::Scene(SceneInput input) {
   data_.light_count = static_cast<uint>(lights_.size());
   data_.instance_count = static_cast<uint>(instances_.size());
   data_.material_count = static_cast<uint>(materials_.size());
+  estimate_emission(input.materials);
   prepare_emitters();
   prepare_features();
   stats_.bytes = instances_.size() * sizeof(Instance) + materials_.size() * sizeof(Material) +
@@ -271,7 +272,8 @@ void Scene::prepare_instances(const SceneInput &in) {
     return source.mesh[a] != source.mesh[b] ? source.mesh[a] < source.mesh[b]
                                             : source.visibility[a] < source.visibility[b];
   });
-  prepare_object_spaces(in.textures.world_to_object, order);
+  prepare_object_spaces(in, order);
+  prepare_infos(in.programs, order);
   instances_.resize(n);
   for (std::size_t k = 0; k < n; ++k) {
     const std::size_t i = order[k];
@@ -438,7 +440,7 @@ void Scene::prepare_features() {
     specular |= (m.flags & MATERIAL_SPECULAR) != 0;
     sharp |= (m.flags & MATERIAL_SHARP) != 0;
     emissive |= (m.flags & MATERIAL_EMISSIVE) != 0;
-    if ((m.flags & MATERIAL_TEXTURED) != 0) features_ |= FEATURE_TEXTURES;
+    if ((m.flags & MATERIAL_PROGRAM) != 0) features_ |= FEATURE_PROGRAMS;
     if ((m.flags & MATERIAL_TRANSPARENT) != 0) features_ |= FEATURE_TRANSPARENCY;
     models |= (m.flags & MATERIAL_MODEL) != 0;
   }

@@ -36,6 +36,7 @@ struct MeshInput {
   std::span<const vec2> uv;  // layer by layer
   std::span<const vec4> tangents;
   std::span<const vec3> generated;
+  std::vector<AttributeInput> attributes;
   std::span<const uint> slots;
   std::shared_ptr<void> owner;
 };
@@ -65,7 +66,6 @@ struct MaterialsInput {
   std::span<const uint> emission_sampling;
   std::span<const uint> emission_sides;  // 1 front, 2 back, 3 both; none: both
   ModelsInput models{};
-  std::span<const float> transmission{};  // none: 0
 };
 
 struct LightsInput {
@@ -98,7 +98,7 @@ struct SceneInput {
   MaterialsInput materials;
   std::span<const uint> material_slots;
   LightsInput lights;
-  TexturesInput textures;
+  ProgramsInput programs;
   vec3 world{0.0f, 0.0f, 0.0f};
   uint world_visibility = VISIBLE_ALL;
   int world_group = -1;
@@ -167,6 +167,10 @@ class Scene {
   MeshLengths mesh_lengths(std::size_t mesh) const { return storage_[mesh].lengths; }
   bool flattened(std::size_t mesh) const { return storage_[mesh].flattened; }
   const Textures &textures() const { return textures_; }
+  const ProgramLibrary &programs() const { return library_of_programs_; }
+  std::span<const MaterialProgram> material_programs() const { return material_programs_; }
+  // What shader `index` became, for people. Throws std::out_of_range.
+  const std::string &explain(std::size_t index) const { return compiled_.at(index).text; }
   static std::span<const float> albedo();
 
   // Instance that an Embree hit belongs to is first_instances()[top-level geometry] + its place in an instance array.
@@ -175,11 +179,12 @@ class Scene {
  private:
   void validate(const SceneInput &input) const;
   void prepare_models(const ModelsInput &input);  // after the materials
-  void prepare_classic(const MaterialsInput &input);
-  // After prepare_models.
-  void prepare_textures(TexturesInput &input, std::span<const uint> emission_sampling,
-                        std::span<const uint> emission_sides);
-  void prepare_object_spaces(std::span<const float> world_to_object, std::span<const uint> order);
+  void prepare_classic();
+  void prepare_programs(ProgramsInput &input, const MaterialsInput &materials);  // before prepare_models
+  void prepare_object_spaces(const SceneInput &input, std::span<const uint> order);
+  void prepare_infos(const ProgramsInput &input, std::span<const uint> order);
+  // How bright the materials whose emission varies are on average, where all else of the scene is known.
+  void estimate_emission(const MaterialsInput &materials);
   void prepare_mesh_textures(const SceneInput &input);
   void note_frame(std::size_t mesh, const Instance &instance);  // of a mesh that is moved to world space
   void prepare_lights(const LightsInput &input);
@@ -212,6 +217,11 @@ class Scene {
   std::vector<MaterialModel> models_;
   std::vector<ClassicMaterial> classic_;
   Textures textures_;
+  ProgramLibrary library_of_programs_;
+  std::vector<CompiledShader> compiled_;            // by shader
+  std::vector<MaterialProgram> material_programs_;  // by material; empty where none varies
+  std::vector<int> material_shaders_;               // by material, -1: none
+  bool asks_spaces_ = false, asks_meshes_ = false;
   std::vector<uint> material_slots_;
   std::vector<Light> lights_;
   std::vector<LightShape> light_shapes_;  // empty where no lamp is LIGHT_SHAPED

@@ -1,0 +1,276 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Gives materials the programs that their shaders became, and derives what programs read of meshes and instances.
+// How a shader is compiled is told in program_compile.cpp; pixels are taken over in images.cpp.
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <string>
+
+#include "scene.h"
+
+namespace cotorra {
+namespace {
+
+constexpr uint KERNEL_FEATURES = ~0u;
+
+}
+}  // namespace cotorra
+
+#include "../kernels/integrator.h"
+
+namespace cotorra {
+namespace {
+
+void require_entries(std::size_t size, std::size_t expected, const char *name) {
+  if (size == expected) return;
+  throw std::invalid_argument(std::string(name) + " has " + std::to_string(size) + " entries, expected " +
+                              std::to_string(expected));
+}
+
+bool uses(const CompiledShader &shader, std::initializer_list<uint> ops) {
+  return std::any_of(ops.begin(), ops.end(),
+                     [&](uint op) { return (shader.ops_used[op / 64] >> (op % 64) & 1u) != 0; });
+}
+
+// Entries of a layer of corner data, of which `total` come for all layers: layers hold one entry for each corner, and
+// the last corner belongs to some triangle.
+uint corners_of_layer(std::span<const uvec3> corners, std::size_t total, uint &layers) {
+  uint last = 0;
+  for (const uvec3 &c : corners) last = std::max({last, c.x, c.y, c.z});
+  std::size_t count = std::max<std::size_t>(total / (static_cast<std::size_t>(last) + 1), 1);
+  while (total % count != 0) --count;
+  layers = static_cast<uint>(count);
+  return static_cast<uint>(total / count);
+}
+
+}  // namespace
+
+// Takes over what a shader became where all of it, or a part, is constant; what varies is the program's.
+static void set_material(const CompiledShader &shader, uint sampled, uint sides, Material &m) {
+  const PlainSurface &s = shader.surface;
+  m.base_color = s.base_color;
+  m.metallic = clamp(s.metallic, 0.0f, 1.0f);
+  m.roughness = clamp(s.roughness, 0.0f, 1.0f);
+  m.ior = s.ior;
+  m.specular_level = s.specular_level;
+  m.specular_tint = s.specular_tint;
+  m.alpha = 1.0f - clamp(shader.transparency.x, 0.0f, 1.0f);
+  m.emission = shader.emission;
+  const bool varies = shader.program.surface.first != NO_PROGRAM;
+  m.flags = varies ? MATERIAL_SPECULAR | MATERIAL_DIFFUSE : principled_flags(m);
+  if (shader.sharp || (!varies && (m.flags & MATERIAL_SPECULAR) != 0 && m.roughness < kSharpRoughness)) {
+    m.flags |= MATERIAL_SHARP;
+  }
+  if (s.multi_ggx) m.flags |= MATERIAL_MULTI_GGX;
+  const bool clear = shader.program.transparency.first != NO_PROGRAM || max_component(shader.transparency) > 0.0f;
+  if (clear) m.flags |= MATERIAL_TRANSPARENT;
+  if (clear && !shader.grey) m.flags |= MATERIAL_TINTED;
+  if (varies || shader.program.emission.first != NO_PROGRAM || shader.program.transparency.first != NO_PROGRAM) {
+    m.flags |= MATERIAL_PROGRAM;
+  }
+  set_emission_flags(m, sampled, sides);
+}
+
+void Scene::prepare_programs(ProgramsInput &in, const MaterialsInput &materials) {
+  if (in.shaders.empty()) return;
+  require_entries(in.material_shader.size(), materials_.size(), "materials.shader");
+  
+  material_shaders_.assign(in.material_shader.begin(), in.material_shader.end());
+  for (const ShaderInput &shader : in.shaders) {
+    compiled_.push_back(library_of_programs_.add(shader));
+    const CompiledShader &c = compiled_.back();
+    asks_spaces_ |= uses(c, {OP_OBJECT_POSITION, OP_OBJECT_TRANSFORM});
+    asks_meshes_ |= c.program.surface.first != NO_PROGRAM || c.program.emission.first != NO_PROGRAM ||
+                    c.program.transparency.first != NO_PROGRAM;
+  }
+  for (std::size_t i = 0; i < materials_.size(); ++i) {
+    const int shader = in.material_shader[i];
+    if (shader < 0) continue;
+    if (static_cast<std::size_t>(shader) >= compiled_.size()) {
+      throw std::invalid_argument("materials.shader[" + std::to_string(i) + "] = " + std::to_string(shader) +
+                                  ", must be below " + std::to_string(compiled_.size()));
+    }
+    const CompiledShader &c = compiled_[static_cast<std::size_t>(shader)];
+    set_material(c, materials.emission_sampling[i],
+                 materials.emission_sides.empty() ? 3u : materials.emission_sides[i], materials_[i]);
+    if (!asks_meshes_) continue;
+    const MaterialProgram nothing{{NO_PROGRAM, 0, 0, 0}, {NO_PROGRAM, 0, 0, 0}, {NO_PROGRAM, 0, 0, 0}, 0, 0};
+    material_programs_.resize(materials_.size(), nothing);
+    material_programs_[i] = c.program;
+  }
+  if (!asks_meshes_) return;
+  for (ImageInput &image : in.images) add_image(std::move(image), textures_);
+  data_.textures = {textures_.images.data()};
+  data_.programs = {material_programs_.data()};
+  data_.program_code = {library_of_programs_.code.data()};
+  data_.program_closures = {library_of_programs_.closures.data()};
+  data_.program_constants = {library_of_programs_.constants.data()};
+  data_.tables = {library_of_programs_.tables.data()};
+  data_.uv_layer_count = in.uv_layers;
+}
+
+// The inverse of an affine map, by rows; null where there is none.
+static ObjectSpace inverse_of(const float *m) {
+  const auto at = [m](std::size_t row, std::size_t column) { return static_cast<double>(m[4 * row + column]); };
+  double inverse[3][3];
+  for (std::size_t i = 0; i < 3; ++i) {
+    for (std::size_t j = 0; j < 3; ++j) {
+      const std::size_t a = (j + 1) % 3, b = (j + 2) % 3, c = (i + 1) % 3, d = (i + 2) % 3;
+      inverse[i][j] = at(a, c) * at(b, d) - at(a, d) * at(b, c);
+    }
+  }
+  const double det = at(0, 0) * inverse[0][0] + at(0, 1) * inverse[1][0] + at(0, 2) * inverse[2][0];
+  const double scale = det != 0.0 ? 1.0 / det : 0.0;
+  vec4 rows[3];
+  for (std::size_t i = 0; i < 3; ++i) {
+    const double x = inverse[i][0] * scale, y = inverse[i][1] * scale, z = inverse[i][2] * scale;
+    rows[i] = vec4(static_cast<float>(x), static_cast<float>(y), static_cast<float>(z),
+                   static_cast<float>(-(x * at(0, 3) + y * at(1, 3) + z * at(2, 3))));
+  }
+  return {rows[0], rows[1], rows[2], vec3(m[3], m[7], m[11]), 0};
+}
+
+void Scene::prepare_object_spaces(const SceneInput &in, std::span<const uint> order) {
+  if (!asks_spaces_) return;
+  for (const uint i : order) textures_.spaces.push_back(inverse_of(in.instances.transform.data() + std::size_t{12} * i));
+  data_.object_spaces = {textures_.spaces.data()};
+}
+
+void Scene::prepare_infos(const ProgramsInput &in, std::span<const uint> order) {
+  const bool asked = std::any_of(compiled_.begin(), compiled_.end(), [](const CompiledShader &c) {
+    return uses(c, {OP_OBJECT_INFO_V, OP_OBJECT_INFO_F});
+  });
+  if (!asked) return;
+  const bool given = !in.info_location.empty();
+  if (given) {
+    require_entries(in.info_location.size(), order.size(), "instances.infos.location");
+    require_entries(in.info_color.size(), order.size(), "instances.infos.color");
+    require_entries(in.info_random.size(), order.size(), "instances.infos.random");
+  }
+  for (const uint i : order) {
+    InstanceInfo info{vec3(0.0f), 1.0f, vec3(1.0f), 0.0f};
+    if (given) {
+      const vec4 c = in.info_color[i];
+      info = {in.info_location[i], c.w, vec3(c.x, c.y, c.z), in.info_random[i]};
+    }
+    textures_.infos.push_back(info);
+  }
+  data_.instance_infos = {textures_.infos.data()};
+}
+
+void Scene::prepare_mesh_textures(const SceneInput &in) {
+  if (!asks_meshes_) return;
+  textures_.meshes.resize(in.meshes.size());
+  textures_.attributes.resize(in.meshes.size());
+  textures_.attribute_tables.resize(in.meshes.size());
+  for (std::size_t k = 0; k < in.meshes.size(); ++k) {
+    const MeshInput &source = in.meshes[k];
+    MeshTextures &m = textures_.meshes[k];
+    const std::string name = "mesh '" + source.name + "': ";
+    const std::size_t uv = source.uv.size();
+    if (uv > 0) m.corner_count = corners_of_layer(source.corners, uv, m.uv_layers);
+    if (!source.tangents.empty()) {
+      if (m.corner_count == 0)
+        m.corner_count = corners_of_layer(source.corners, source.tangents.size(), m.tangent_layers);
+      m.tangent_layers = static_cast<uint>(source.tangents.size() / m.corner_count);
+      if (source.corners.empty() || m.tangent_layers == 0) {
+        throw std::invalid_argument(name + "tangents has " + std::to_string(source.tangents.size()) +
+                                    " entries, expected one for each corner");
+      }
+    }
+    if (!source.generated.empty() && source.generated.size() != source.positions.size()) {
+      throw std::invalid_argument(name + "generated has " + std::to_string(source.generated.size()) +
+                                  " entries, expected " + std::to_string(source.positions.size()));
+    }
+    m.tangents = {source.tangents.data()};
+    m.generated = {source.generated.data()};
+    for (const AttributeInput &a : source.attributes) {
+      std::size_t expected = a.domain == ATTRIBUTE_FACE ? source.triangles.size() : source.positions.size();
+      if (a.domain == ATTRIBUTE_CORNER) {
+        uint last = 0;
+        for (const uvec3 &c : source.corners) last = std::max({last, c.x, c.y, c.z});
+        expected = std::max<std::size_t>(a.values.size(), std::size_t{last} + 1);  // corners without a triangle may follow
+        if (source.corners.empty()) expected = 0;
+      }
+      require_entries(a.values.size(), expected, (name + "attribute").c_str());
+      std::vector<uint> &table = textures_.attribute_tables[k];
+      if (table.size() < 2 * (std::size_t{a.layer} + 1)) table.resize(2 * (std::size_t{a.layer} + 1), ATTRIBUTE_NONE);
+      table[2 * a.layer] = a.domain;
+      table[2 * a.layer + 1] = static_cast<uint>(textures_.attributes[k].size());
+      textures_.attributes[k].insert(textures_.attributes[k].end(), a.values.begin(), a.values.end());
+    }
+    m.attributes = {textures_.attributes[k].data()};
+    m.attribute_table = {textures_.attribute_tables[k].data()};
+    m.attribute_words = static_cast<uint>(textures_.attribute_tables[k].size());
+  }
+  data_.mesh_textures = {textures_.meshes.data()};
+}
+
+void Scene::note_frame(std::size_t mesh, const Instance &instance) {
+  if (textures_.meshes.empty()) return;
+  MeshTextures &m = textures_.meshes[mesh];
+  m.moved = 1;
+  m.x_axis = instance.x_axis;
+  m.y_axis = instance.y_axis;
+  m.z_axis = instance.z_axis;
+  m.normal_x = instance.normal_x;
+  m.normal_y = instance.normal_y;
+  m.normal_z = instance.normal_z;
+}
+
+void Scene::estimate_emission(const MaterialsInput &in) {
+  constexpr uint kPoints = 512;  // of each material
+  if (material_programs_.empty()) return;
+  // 1. The triangles of each material whose emission varies: how many there are, then some of them.
+  std::vector<std::uint64_t> count(materials_.size(), 0), seen(materials_.size(), 0);
+  std::vector<std::array<double, 4>> sum(materials_.size(), {0.0, 0.0, 0.0, 0.0});
+  const auto varies = [&](uint m) { return material_programs_[m].emission.first != NO_PROGRAM; };
+  const auto each = [&](auto &&visit) {
+    for (std::size_t k = 0; k < instances_.size(); ++k) {
+      const Instance &i = instances_[k];
+      bool any = false;
+      for (uint s = 0; s < i.material_count; ++s) any |= varies(material_slots_[i.material_base + s]);
+      for (uint t = 0; any && t < meshes_[i.mesh].triangle_count; ++t) {
+        const uint m = triangle_material(data_, static_cast<uint>(k), t);
+        if (varies(m)) visit(static_cast<uint>(k), t, m);
+      }
+    }
+  };
+  each([&](uint, uint, uint m) { ++count[m]; });
+  // 2. Their programs at points spread over them, seen from the front.
+  each([&](uint instance, uint triangle, uint m) {
+    const std::uint64_t step = std::max<std::uint64_t>(count[m] / kPoints, 1);
+    const std::uint64_t points = std::max<std::uint64_t>(kPoints / count[m], 1);
+    if (seen[m]++ % step != 0) return;
+    for (std::uint64_t p = 0; p < points; ++p) {
+      const vec2 b = triangle_from_square(sampler_pair(static_cast<uint>(p), 0x51a7u + triangle));
+      const Hit hit{1.0f, b.x, b.y, triangle, instance};
+      Surface s;
+      surface_from_hit(data_, hit, vec3(0.0f, 0.0f, 1.0f), s);
+      if (s.side < 0.0f) surface_from_hit(data_, hit, vec3(0.0f, 0.0f, -1.0f), s);
+      const vec3 e = material_emission(data_, m, materials_[m], shader_point(s, s.ng, 1.0f));
+      for (std::size_t c = 0; c < 3; ++c) sum[m][c] += std::max(static_cast<double>((&e.x)[c]), 0.0);
+      sum[m][3] += 1.0;
+    }
+  });
+  for (std::size_t m = 0; m < materials_.size(); ++m) {
+    if (material_programs_[m].emission.first == NO_PROGRAM) continue;
+    const double n = std::max(sum[m][3], 1.0);
+    materials_[m].emission = vec3(static_cast<float>(sum[m][0] / n), static_cast<float>(sum[m][1] / n),
+                                  static_cast<float>(sum[m][2] / n));
+    set_emission_flags(materials_[m], in.emission_sampling[m],
+                       in.emission_sides.empty() ? 3u : in.emission_sides[m]);
+    // It may emit where nobody looked: rays find it there.
+    materials_[m].flags |= MATERIAL_EMISSIVE | MATERIAL_EMIT_FRONT | MATERIAL_EMIT_BACK;
+  }
+}
+
+void set_emission_flags(Material &m, uint sampled, uint sides) {
+  m.flags &= ~(MATERIAL_EMISSIVE | MATERIAL_SAMPLED | MATERIAL_EMIT_FRONT | MATERIAL_EMIT_BACK);
+  if (!(max(max(m.emission.x, m.emission.y), m.emission.z) > 0.0f)) return;
+  m.flags |= MATERIAL_EMISSIVE;
+  if (sampled != 0) m.flags |= MATERIAL_SAMPLED;
+  m.flags |= ((sides & 1u) != 0 ? MATERIAL_EMIT_FRONT : 0u) | ((sides & 2u) != 0 ? MATERIAL_EMIT_BACK : 0u);
+}
+
+}  // namespace cotorra
