@@ -18,6 +18,7 @@ const uint BSDF_DIFFUSE = 1u;
 const uint BSDF_GLOSSY = 2u;
 const uint BSDF_SINGULAR = 4u;  // a mirror: no light sample can meet it
 const uint BSDF_SHARP = 8u;  // of a MATERIAL_SHARP
+const uint BSDF_THROUGH = 16u;  // no lobe: the ray goes straight on
 
 // Weights of lobes below this count as none, as in Cycles.
 const float BSDF_WEIGHT_CUTOFF = 1e-5f;
@@ -39,7 +40,7 @@ struct Bsdf {
   float fresnel_f0;  // F_Dielectric at normal incidence
   vec3 n_glossy;  // normal of the glossy lobes, see normal_for_reflection
   float unused;
-  vec3 n_smooth;  // shading normal before a normal map bent it, with FEATURE_TEXTURES only
+  vec3 n_smooth;  // shading normal before a normal map bent it, with FEATURE_PROGRAMS only
   float unused2;
   vec3 coating_f90;  // dielectric: (1 - the user's F0) / (1 - fresnel_f0)
   uint lobes;  // BSDF_*: what bsdf_eval finds, and BSDF_SINGULAR where only bsdf_sample can
@@ -267,7 +268,7 @@ FN vec3 bsdf_eval_glossy(IN(Bsdf) bsdf, float ni, float h2, float xy2, float c2,
 // Cosine of wi to the normal of the glossy lobes; 0 where it and the smooth surface disagree about the side wi is on.
 FN float glossy_cosine(IN(Bsdf) bsdf, float n_wi, vec3 wi) {
   const float ni = dot(bsdf.n_glossy, wi);
-  if (FEATURE(FEATURE_TEXTURES)) {
+  if (FEATURE(FEATURE_PROGRAMS)) {
     return select(dot(bsdf.n_smooth, wi) * dot(bsdf.n_smooth, bsdf.n_glossy) >= 0.0f, max(ni, 0.0f), 0.0f);
   }
   return select(n_wi * dot(bsdf.n, bsdf.n_glossy) >= 0.0f, max(ni, 0.0f), 0.0f);
@@ -278,7 +279,7 @@ FN float glossy_cosine(IN(Bsdf) bsdf, float n_wi, vec3 wi) {
 // Shadowing Function to Solve the Bump Terminator Problem"); nothing from below the smooth surface, nor where the map
 // points below it. As Cycles 5.2 does it. 1 without a map.
 FN float bump_shadowing(IN(Bsdf) bsdf, vec3 wi) {
-  if (!FEATURE(FEATURE_TEXTURES)) return 1.0f;
+  if (!FEATURE(FEATURE_PROGRAMS)) return 1.0f;
   const float bend = dot(bsdf.n, bsdf.n_smooth);
   const float height = dot(bsdf.n_smooth, wi);
   // The sine by a cross product: 1 - bend^2 would find a bend where there is none, and darken grazing light.
@@ -307,6 +308,14 @@ FN vec3 bsdf_eval_lobes(IN(Bsdf) bsdf, vec3 wo, vec3 wi, OUT(vec3) glossy, OUT(f
     glossy = bsdf_eval_glossy(bsdf, glossy_cosine(bsdf, n_wi, wi), h2, dot(xy, xy), 0.25f * h2, pdf);
   }
   return bsdf.diffuse * (ni * bump_shadowing(bsdf, wi));
+}
+
+// The diffuse lobe's part of the density of bsdf_sample.
+FN float bsdf_diffuse_pdf(IN(Bsdf) bsdf, vec3 wi) {
+  const float ni = max(dot(bsdf.n, wi), 0.0f);
+  float pdf = ni * INV_PI;
+  if (FEATURE(FEATURE_MODELS) && bsdf.model.model != MODEL_PRINCIPLED) pdf = model_diffuse_pdf(bsdf.model, ni);
+  return pdf * (1.0f - bsdf.p_glossy);
 }
 
 // f cos(wi) of all lobes; pdf is that of bsdf_sample.

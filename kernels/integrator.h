@@ -24,7 +24,8 @@ const uint PAIR_CHOICE = 1u;    // lobe; Russian roulette
 const uint PAIR_EMITTER = 2u;   // point on an emitting triangle
 const uint PAIR_PICK = 3u;      // which emitter; which lamp, where not all are sampled
 const uint PAIR_LIGHTS = 4u;    // one for each lamp
-const uint LAST_SHARED_PAIR = 250u;  // lamps beyond share them
+const uint PAIR_CLOSURE = 254u; // which closure of the surface
+const uint LAST_SHARED_PAIR = 249u;  // lamps beyond share them
 FN uint vertex_pair(uint bounce, uint pair) { return PAIRS_BEFORE_VERTICES + bounce * PAIRS_PER_VERTEX + pair; }
 
 struct IntegratorData {
@@ -32,7 +33,11 @@ struct IntegratorData {
   uint diffuse_bounces;
   uint glossy_bounces;
   uint roulette_start;   // the bounce from which a path may end at random
+  uint transparent_bounces;  // surfaces that let rays through, all along a path, shadow rays included
 };
+
+// Limits of transparent surfaces from here on are none.
+const uint TRANSPARENT_UNLIMITED = 256u;
 
 struct PathState {
   vec3 throughput;
@@ -43,6 +48,12 @@ struct PathState {
   uint glossy_bounces;
   uint ray_kind;         // VISIBLE_* bit of the ray
   uint random;           // reversed sampler index
+  uint transparent_bounces;  // surfaces that let the path through so far
+  float kind_pdf;        // as pdf, and
+  vec3 kind_weight;      // a factor on throughput: for light that rays of this kind alone see, see path_note_kind
+  float passed;          // metres from the last vertex to the ray's origin, which lies on a surface that let it through
+  float footprint;       // metres that the ray is wide at its origin
+  uint vertex;           // surfaces that were shaded before this ray: counts the random numbers
 };
 
 // Light that will arrive if nothing stands between the surface and the light.
@@ -64,12 +75,39 @@ FN void path_begin(uint random, OUT(PathState) path) {
   path.glossy_bounces = 0u;
   path.ray_kind = VISIBLE_CAMERA;
   path.random = random;
+  path.transparent_bounces = 0u;
+  path.kind_pdf = 0.0f;
+  path.kind_weight = vec3(1.0f);
+  path.passed = 0.0f;
+  path.footprint = 0.0f;
+  path.vertex = 0u;
 }
 
-// Weight of light that a ray found by itself, where light sampling draws the same direction with `light_pdf`.
-FN float found_weight(IN(PathState) path, float light_pdf) {
-  return path.pdf > 0.0f ? power_heuristic(path.pdf, light_pdf) : 1.0f;
+// The point of a surface that a path's ray met after t metres, as shaders see it.
+FN ShaderPoint path_point(IN(SceneData) scene, IN(PathState) path, IN(Surface) s, vec3 wo, float t) {
+  ShaderPoint at = shader_point(s, wo, t);
+  const float spread = scene.camera_spread * select(scene.camera_orthographic != 0u, 1.0f, t);
+  at.footprint = path.footprint + spread;
+  at.ray_kind = path.ray_kind;
+  at.bounce = path.bounce;
+  at.diffuse_bounces = path.diffuse_bounces;
+  at.glossy_bounces = path.glossy_bounces;
+  at.transparent_bounces = path.transparent_bounces;
+  return at;
 }
+
+const uint VISIBLE_SCATTERED = VISIBLE_DIFFUSE | VISIBLE_GLOSSY;
+
+// Throughput for light that a ray found by itself, and the density with which it was found, 0 where light sampling
+// cannot. `visibility` tells which rays see the light.
+FN vec3 found_throughput(IN(SceneData) scene, IN(PathState) path, uint visibility, OUT(float) pdf) {
+  const bool own = scene.light_kinds != 0u && (visibility & VISIBLE_SCATTERED) != VISIBLE_SCATTERED;
+  pdf = select(own, path.kind_pdf, path.pdf);
+  return path.throughput * select(own, path.kind_weight, vec3(1.0f));
+}
+
+// Weight of such light, where light sampling draws the same direction with `light_pdf`.
+FN float found_weight(float pdf, float light_pdf) { return pdf > 0.0f ? power_heuristic(pdf, light_pdf) : 1.0f; }
 
 // Lamp `index` as the ray meets it on its way of length t_max; lamps are transparent to rays, as in Cycles.
 FN vec3 path_meet_light(IN(SceneData) scene, uint index, IN(PathState) path, vec3 origin, vec3 direction, float t_max,
@@ -78,20 +116,24 @@ FN vec3 path_meet_light(IN(SceneData) scene, uint index, IN(PathState) path, vec
   vec3 radiance;
   float pdf;
   group = light.group;
+  // A light lights what a ray leaves: the vertex before this one. The camera always sees it.
   const bool seen = (light.visibility & path.ray_kind) != 0u && (light.flags & LIGHT_VISIBLE) != 0u &&
-                    path.bounce <= light.max_bounces;
+                    (path.bounce == 0u || path.bounce - 1u <= light.max_bounces);
   if (!seen || !light_intersect(light, origin, direction, t_max, path.normal, radiance, pdf)) return vec3(0.0f);
   // Where light sampling brings all of it, a bounce must not bring it again.
-  const bool shared_work =
-      FEATURE(FEATURE_BSDF_RAYS) && (light.flags & LIGHT_USE_MIS) != 0u && (path.ray_kind & RAY_MEETS_LAMPS) != 0u;
+  const bool shared_work = FEATURE(FEATURE_BSDF_RAYS) && (path.ray_kind & RAY_MEETS_LAMPS) != 0u;
   if (path.bounce > 0u && !shared_work) return vec3(0.0f);
   if (FEATURE(FEATURE_LIGHT_SHAPES)) radiance *= scene_light_shape(scene, index, light, origin, direction);
-  return path.throughput * radiance * found_weight(path, pdf);
+  float found_pdf;
+  const vec3 throughput = found_throughput(scene, path, light.visibility, found_pdf);
+  return throughput * radiance * found_weight(found_pdf, pdf);
 }
 
 // The background, for a ray that met no surface.
 FN vec3 path_escape(IN(SceneData) scene, IN(PathState) path) {
-  return (scene.world_visibility & path.ray_kind) != 0u ? path.throughput * scene.world : vec3(0.0f);
+  float pdf;
+  const vec3 throughput = found_throughput(scene, path, scene.world_visibility, pdf);
+  return (scene.world_visibility & path.ray_kind) != 0u ? throughput * scene.world : vec3(0.0f);
 }
 
 FN bool emits_from(uint sides, float side) {
@@ -101,14 +143,77 @@ FN bool emits_from(uint sides, float side) {
 // Light that the surface itself emits toward the ray's origin; `material` is the scene's record.
 FN vec3 path_emission(IN(SceneData) scene, IN(PathState) path, IN(Surface) s, IN(Material) material, vec3 wo, float t) {
   if (!emits_from(material.flags, s.side)) return vec3(0.0f);
+  uint visibility = VISIBLE_ALL;
+  if (scene.light_kinds != 0u) visibility = LOAD(scene.instances, s.instance).visibility;
+  float pdf;
+  const vec3 throughput = found_throughput(scene, path, visibility, pdf);
   float weight = 1.0f;
-  if ((material.flags & MATERIAL_SAMPLED) != 0u && path.pdf > 0.0f) {
+  if ((material.flags & MATERIAL_SAMPLED) != 0u) {
     // Light sampling picks a triangle in proportion to area x luminance, then a point uniformly.
     const float area_pdf = luminance(material.emission) * scene.emitter_norm;
-    weight = power_heuristic(path.pdf, area_pdf * t * t / max(abs(dot(s.ng, wo)), 1e-8f));
+    const float distance = path.passed + t;
+    weight = found_weight(pdf, area_pdf * distance * distance / max(abs(dot(s.ng, wo)), 1e-8f));
   }
-  const TexturePoint at = texture_point(s);
-  return path.throughput * material_emission(scene, s.material, material, at) * weight;
+  const ShaderPoint at = path_point(scene, path, s, wo, t);
+  return throughput * material_emission(scene, s.material, material, at) * weight;
+}
+
+// ---- The surface
+
+// What a path meets of a surface: its material there, and the closure that was drawn.
+struct SurfaceShading {
+  Material material;
+  vec3 weight;  // a factor on the path's throughput
+  uint kind;    // CLOSURE_*; CLOSURE_KINDS: the material as it is
+};
+
+// A diffuse surface as the constants of a Principled one, which then has no other lobe.
+FN void material_diffuse(vec3 color, INOUT(Material) m) {
+  m.base_color = color;
+  m.metallic = 0.0f;
+  m.specular_level = 0.0f;
+  m.ior = 1.0f;
+  m.roughness = 1.0f;
+  m.flags &= ~(MATERIAL_SPECULAR | MATERIAL_SHARP);
+}
+
+// Draws the closure of a surface whose program has run, and takes over its arguments; s.n becomes its normal.
+FN void surface_take(IN(SceneData) scene, IN(MaterialProgram) program, IN(ShaderPoint) at, float u, INOUT(Surface) s,
+                     INOUT(SurfaceShading) shading PROGRAM_MEMORY) {
+  const SurfacePick pick = surface_draw(scene, program, u PROGRAM_SAME_MEMORY);
+  shading.weight = pick.weight;
+  shading.kind = pick.kind;
+  if (pick.kind == CLOSURE_PRINCIPLED) {
+    pick_principled(scene, pick, shading.material PROGRAM_SAME_MEMORY);
+    s.n = pick_normal(scene, pick, at, PRINCIPLED_NORMAL PROGRAM_SAME_MEMORY);
+    // Of other models the scene's flag holds, which is set where any texel could be sharp.
+    const bool principled = (shading.material.flags & MATERIAL_MODEL) == 0u;
+    if (principled && shading.material.roughness >= SHARP_ROUGHNESS) shading.material.flags &= ~MATERIAL_SHARP;
+    return;
+  }
+  material_diffuse(vec3(0.0f), shading.material);
+  if (pick.kind == CLOSURE_DIFFUSE) {
+    shading.material.base_color = max(pick_vector(scene, pick, 0u PROGRAM_SAME_MEMORY), vec3(0.0f));
+    s.n = pick_normal(scene, pick, at, 2u PROGRAM_SAME_MEMORY);
+  }
+}
+
+FN void surface_begin(IN(SceneData) scene, IN(Surface) s, OUT(SurfaceShading) shading) {
+  shading.material = LOAD(scene.materials, s.material);
+  shading.weight = vec3(1.0f);
+  shading.kind = CLOSURE_KINDS;
+}
+
+// The same from the beginning, for one point. The CPU runs the programs of many at once.
+FN void surface_shading(IN(SceneData) scene, IN(ShaderPoint) at, float u, INOUT(Surface) s,
+                        OUT(SurfaceShading) shading) {
+  surface_begin(scene, s, shading);
+  if (!material_varies(shading.material)) return;
+  const MaterialProgram program = LOAD(scene.programs, s.material);
+  if (program.surface.first == NO_PROGRAM) return;
+  PROGRAM_BEGIN_MEMORY;
+  program_run(scene, at, program.surface, program.constants PROGRAM_SAME_MEMORY);
+  surface_take(scene, program, at, u, s, shading PROGRAM_SAME_MEMORY);
 }
 
 // Amount by which a shadow ray's start is lifted onto the smooth surface, 0 to 1: full where the light is about to set
@@ -129,12 +234,28 @@ FN vec3 shadow_ray_origin(IN(SceneData) scene, IN(Surface) s, vec3 wi) {
   return origin;
 }
 
-// BSDF times cosine toward wi, without the lobes that the light is hidden from.
+// BSDF times cosine toward wi, without the lobes that the light is hidden from; pdf is that of rays that see the light.
 FN vec3 visible_bsdf(IN(Bsdf) bsdf, vec3 wo, vec3 wi, uint visibility, OUT(float) pdf) {
   vec3 glossy;
-  const vec3 diffuse = bsdf_eval_lobes(bsdf, wo, wi, glossy, pdf);
-  return select((visibility & VISIBLE_DIFFUSE) != 0u, diffuse, vec3(0.0f)) +
-         select((visibility & VISIBLE_GLOSSY) != 0u, glossy, vec3(0.0f));
+  float all;
+  const vec3 diffuse = bsdf_eval_lobes(bsdf, wo, wi, glossy, all);
+  const bool to_diffuse = (visibility & VISIBLE_DIFFUSE) != 0u;
+  const bool to_glossy = (visibility & VISIBLE_GLOSSY) != 0u;
+  const float part = min(bsdf_diffuse_pdf(bsdf, wi), all);
+  pdf = select(to_diffuse, select(to_glossy, all, part), select(to_glossy, all - part, 0.0f));
+  return select(to_diffuse, diffuse, vec3(0.0f)) + select(to_glossy, glossy, vec3(0.0f));
+}
+
+// Takes note of what the ray would carry if it were of a scene without the other kind of lobe: light that rays of its
+// kind alone see must not be weighed with lobes that it is hidden from. The lobe's own sample is throughput x
+// kind_weight, its density kind_pdf.
+FN void path_note_kind(IN(Bsdf) bsdf, vec3 wo, vec3 wi, INOUT(PathState) path) {
+  if (!(path.pdf > 0.0f)) return;  // a mirror's ray is its own
+  float all_pdf;
+  const vec3 all = visible_bsdf(bsdf, wo, wi, VISIBLE_SCATTERED, all_pdf);
+  const vec3 own = visible_bsdf(bsdf, wo, wi, path.ray_kind, path.kind_pdf);
+  const float scale = select(path.kind_pdf > 0.0f, all_pdf / max(path.kind_pdf, 1e-30f), 0.0f);
+  path.kind_weight = own * scale / max(all, vec3(1e-30f));
 }
 
 // What one sample of a lamp brings to the surface if nothing stands between. Without branches on the point, so that a
@@ -143,7 +264,7 @@ FN vec3 light_contribution(IN(Light) light, IN(LightSample) l, IN(Bsdf) bsdf, ve
   float bsdf_pdf;
   const vec3 f = visible_bsdf(bsdf, wo, l.wi, light.visibility, bsdf_pdf);
   float weight = scale;
-  if (FEATURE(FEATURE_BSDF_RAYS) && light.radius > 0.0f && (light.flags & LIGHT_USE_MIS) != 0u) {
+  if (FEATURE(FEATURE_BSDF_RAYS) && (light.flags & LIGHT_VISIBLE) != 0u) {
     // Only sharp highlights share the work with bounces; elsewhere light sampling does all of it.
     weight *= select((bsdf.lobes & BSDF_SHARP) != 0u, power_heuristic(l.pdf, bsdf_pdf), 1.0f);
   }
@@ -167,7 +288,7 @@ FN bool light_shadow_ray(IN(SceneData) scene, IN(Light) light, IN(Surface) s, ui
 // The surface without what a normal map did to it: where shadow rays start is a question of its shape.
 FN Surface smooth_surface(IN(Surface) s, IN(Bsdf) bsdf) {
   Surface bare = s;
-  if (FEATURE(FEATURE_TEXTURES)) bare.n = bsdf.n_smooth;
+  if (FEATURE(FEATURE_PROGRAMS)) bare.n = bsdf.n_smooth;
   return bare;
 }
 
@@ -230,16 +351,22 @@ FN uint path_pick_light(IN(SceneData) scene, IN(Surface) s, float u, OUT(float) 
   return chosen > 0.0f ? pick : INVALID_ID;
 }
 
-// What an emitting triangle sends out at barycentric coordinates b, and is not let through there.
-FN vec3 emitter_radiance(IN(SceneData) scene, IN(Emitter) e, vec2 b) {
-  if (!FEATURE(FEATURE_TEXTURES | FEATURE_TRANSPARENCY)) return e.radiance;
-  TexturePoint at;
-  at.instance = e.instance;
-  at.triangle = e.triangle;
-  at.u = b.x;
-  at.v = b.y;
+// What an emitting triangle sends out along -wi at barycentric coordinates b, and is not let through there.
+FN vec3 emitter_radiance(IN(SceneData) scene, IN(Emitter) e, vec2 b, vec3 wi, float distance) {
+  if (!FEATURE(FEATURE_PROGRAMS | FEATURE_TRANSPARENCY)) return e.radiance;
   const Material material = LOAD(scene.materials, e.material);
-  return material_emission(scene, e.material, material, at) * material_alpha(scene, e.material, at);
+  Hit hit;
+  hit.t = distance;
+  hit.u = b.x;
+  hit.v = b.y;
+  hit.triangle = e.triangle;
+  hit.instance = e.instance;
+  Surface s;
+  surface_from_hit(scene, hit, wi, s);
+  const ShaderPoint at = shader_point(s, -wi, distance);
+  const vec3 radiance = material_emission(scene, e.material, material, at);
+  if ((material.flags & (MATERIAL_TRANSPARENT | MATERIAL_TINTED)) != MATERIAL_TRANSPARENT) return radiance;
+  return radiance * (1.0f - material_transparency(scene, e.material, at).x);
 }
 
 // One sample of the emitting triangles.
@@ -268,7 +395,7 @@ FN bool path_sample_emitter(IN(SceneData) scene, IN(PathState) path, IN(Surface)
   const float pdf = area_pdf * d * d / max(cos_light, 1e-8f);
   float bsdf_pdf;
   const vec3 f = visible_bsdf(bsdf, wo, wi, e.visibility, bsdf_pdf);
-  const vec3 radiance = emitter_radiance(scene, e, b);
+  const vec3 radiance = emitter_radiance(scene, e, b, wi, d);
   ray.contribution = path.throughput * f * radiance * (power_heuristic(pdf, bsdf_pdf) / pdf);
   ray.direction = wi;
   ray.group = e.group;
@@ -285,14 +412,22 @@ FN bool path_sample_emitter(IN(SceneData) scene, IN(PathState) path, IN(Surface)
   return true;
 }
 
+// A ray grows no narrower on its way.
+FN void path_leave(IN(SceneData) scene, INOUT(PathState) path, IN(Surface) s) {
+  if (scene.camera_orthographic == 0u) path.footprint += scene.camera_spread * s.t;
+  path.vertex += 1u;
+}
+
 // Takes a path on along a sampled direction. Returns false where it ends.
-FN bool path_advance(IN(IntegratorData) integrator, INOUT(PathState) path, IN(Surface) s, IN(BsdfSample) b,
+FN bool path_advance(IN(SceneData) scene, IN(IntegratorData) integrator, INOUT(PathState) path, IN(Surface) s, IN(BsdfSample) b,
                      float u_roulette, OUT(vec3) origin) {
   origin = s.p;
   // A direction below the flat triangle would only meet the surface from inside.
   if (!(b.pdf > 0.0f) || dot(b.wi, s.ng) <= 0.0f) return false;
   path.throughput *= b.weight;
   path.pdf = select((b.lobe & BSDF_SINGULAR) != 0u, 0.0f, b.pdf);
+  path.kind_pdf = path.pdf;
+  path.kind_weight = vec3(1.0f);
   path.normal = s.n;
   path.bounce += 1u;
   if ((b.lobe & BSDF_DIFFUSE) != 0u) {
@@ -310,22 +445,54 @@ FN bool path_advance(IN(IntegratorData) integrator, INOUT(PathState) path, IN(Su
     path.throughput = path.throughput / survival;
   }
   origin = surface_ray_origin(s.p, s.ng, s.epsilon, b.wi);
+  path_leave(scene, path, s);
+  path.passed = 0.0f;
+  return max_component(path.throughput) > 0.0f;
+}
+
+// Takes a path straight on through a surface that lets it through: no vertex of the path, for what comes after.
+FN bool path_pass(IN(SceneData) scene, INOUT(PathState) path, IN(Surface) s, vec3 wo, OUT(vec3) origin) {
+  origin = surface_ray_origin(s.p, s.ng, s.epsilon, -wo);
+  path.passed += s.t;
+  path.transparent_bounces += 1u;
+  path_leave(scene, path, s);
   return max_component(path.throughput) > 0.0f;
 }
 
 // The next direction. Returns false where the path ends.
-FN bool path_bounce(IN(IntegratorData) integrator, INOUT(PathState) path, IN(Surface) s, IN(Bsdf) bsdf, vec3 wo, vec2 u,
-                    vec2 u_choice, OUT(vec3) origin, OUT(vec3) direction) {
+FN bool path_bounce(IN(SceneData) scene, IN(IntegratorData) integrator, INOUT(PathState) path, IN(Surface) s,
+                    IN(Bsdf) bsdf, vec3 wo, vec2 u, vec2 u_choice, OUT(vec3) origin, OUT(vec3) direction) {
+  if (FEATURE(FEATURE_PROGRAMS) && (bsdf.lobes & BSDF_THROUGH) != 0u) {
+    direction = -wo;
+    return path_pass(scene, path, s, wo, origin);
+  }
   BsdfSample b;
   bsdf_sample(bsdf, wo, u_choice.x, u, b);
   direction = b.wi;
-  return path_advance(integrator, path, s, b, u_choice.y, origin);
+  if (!path_advance(scene, integrator, path, s, b, u_choice.y, origin)) return false;
+  if (scene.light_kinds != 0u) path_note_kind(bsdf, wo, b.wi, path);
+  return true;
 }
 
-// May a ray of this path light surfaces where it lands, or only bring light home?
+// Transparent surfaces that a path may cross on its way to a surface: one in any case, as in Cycles.
+FN uint path_crossings(IN(IntegratorData) integrator) { return max(integrator.transparent_bounces, 1u); }
+
+// Has a path that crossed so many surfaces come too far, even to bring light home?
+FN bool path_crossed_too_many(IN(IntegratorData) integrator, uint crossed) {
+  return crossed > path_crossings(integrator) && integrator.transparent_bounces < TRANSPARENT_UNLIMITED;
+}
+
+// What a shadow ray leaves of its light after `crossed` surfaces, those of its path included, if they leave `kept`.
+FN float shadow_kept(IN(IntegratorData) integrator, uint crossed, float kept) {
+  const uint limit = integrator.transparent_bounces;
+  return select(crossed > limit && limit < TRANSPARENT_UNLIMITED, 0.0f, kept);
+}
+
+// True past the last bounce, and behind as many transparent surfaces as the path may cross: the hit adds emission only.
 FN bool path_is_last(IN(IntegratorData) integrator, IN(PathState) path) {
   return path.bounce > integrator.max_bounces || path.diffuse_bounces > integrator.diffuse_bounces ||
-         path.glossy_bounces > integrator.glossy_bounces;
+         path.glossy_bounces > integrator.glossy_bounces ||
+         path_crossed_too_many(integrator, path.transparent_bounces + 1u);
 }
 
 #ifdef __cplusplus

@@ -129,6 +129,11 @@ FN vec3 model_eval_diffuse(IN(ModelBsdf) m, vec3 n, vec3 wo, vec3 wi, float ni, 
   return f * (ni * INV_PI);
 }
 
+// Density with which the diffuse lobe is sampled, at cosine ni.
+FN float model_diffuse_pdf(IN(ModelBsdf) m, float ni) {
+  return ni > 0.0f ? mix(ni * INV_PI, 0.5f * INV_PI, m.p_uniform) : 0.0f;
+}
+
 // f cos(wi) of the diffuse lobe, and of the highlight beside it; pdf is that of model_sample. All are 0 below n.
 // ni_glossy is the cosine to the highlight's normal, 0 where n disagrees about the side of the surface.
 FN vec3 model_eval(IN(ModelBsdf) m, vec3 n, vec3 n_glossy, float ni_glossy, vec3 wo, vec3 wi, OUT(vec3) specular,
@@ -141,7 +146,7 @@ FN vec3 model_eval(IN(ModelBsdf) m, vec3 n, vec3 n_glossy, float ni_glossy, vec3
   half_angle(n_glossy, wo, wi, ni_glossy, a);
   float pdf_specular = 0.0f;
   if (m.p_specular > 0.0f) specular = model_eval_specular(m, a, pdf_specular);
-  pdf = mix(mix(ni * INV_PI, 0.5f * INV_PI, m.p_uniform), pdf_specular, m.p_specular);
+  pdf = mix(model_diffuse_pdf(m, ni), pdf_specular, m.p_specular);
   return model_eval_diffuse(m, n, wo, wi, ni, a.oh);
 }
 

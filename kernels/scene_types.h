@@ -53,8 +53,7 @@ const uint LIGHT_SPOT = 2u;
 
 const uint LIGHT_SOFT_FALLOFF = 1u;  // a disk that faces the shading point; else a sphere
 const uint LIGHT_CAST_SHADOW = 2u;
-const uint LIGHT_VISIBLE = 4u;  // rays can meet it
-const uint LIGHT_USE_MIS = 8u;  // bounces meet it too, so light sampling shares the work with them
+const uint LIGHT_VISIBLE = 4u;  // rays can meet it; light sampling then shares the work with bounces
 // Where passes show lamps one by one, `group` of a lamp holds its pass, counted from 1, above this bit. A light group
 // fills the bits below, all of them set for none.
 const uint LAMP_PASS_SHIFT = 16u;
@@ -385,12 +384,14 @@ struct SceneData {
   vec4 camera_window;  // left, bottom, 1 / width, 1 / height of the picture at distance 1, or in metres
   uint camera_orthographic;
   uint uv_layer_count;  // layers of UV maps, which come before those of attributes
+  uint light_kinds;  // 1: diffuse or glossy rays alone see some light (PathState.kind_weight)
+  float camera_spread;  // metres that a ray of a pixel is wide, a metre on; orthographic: anywhere
 };
 
 #ifdef __cplusplus
 static_assert(sizeof(Light) == 112 && sizeof(Material) == 64 && sizeof(Mesh) == 56 && sizeof(Instance) == 112 &&
               sizeof(Emitter) == 96 && sizeof(LightShape) == 32 && sizeof(MaterialModel) == 160 &&
-              sizeof(ClassicMaterial) == 64 && sizeof(SceneData) == 288);
+              sizeof(ClassicMaterial) == 64 && sizeof(SceneData) == 296);
 static_assert(sizeof(Texture) == 32 && sizeof(MeshTextures) == 128 && sizeof(ObjectSpace) == 64 &&
               sizeof(InstanceInfo) == 32);
 }  // namespace cotorra

@@ -30,7 +30,7 @@ WavePixel pixel_of(uint lane) { return LOAD(WAVE.pixels, push.first_pixel + lane
 
 // Random pair `pair` of the vertex that the path stands at.
 vec2 vertex_random(PathState path, uint block_seed, uint pair) {
-  return sampler_pair(path.random, sampler_pair_seed(block_seed, vertex_pair(path.bounce, pair)));
+  return sampler_pair(path.random, sampler_pair_seed(block_seed, vertex_pair(path.vertex, pair)));
 }
 
 // Only one invocation at a time works on a lane, so that sums need no atomics and come in one order.

@@ -17,6 +17,7 @@ struct Hit {
   float v;
   uint triangle;
   uint instance;   // INVALID_ID: nothing was met
+  uint crossed;    // transparent surfaces on the way
 };
 
 // A shading point, world space. Both normals are on the side that the ray came from, after Blender: the smooth normal
@@ -33,6 +34,7 @@ struct Surface {
   float epsilon;     // metres that clear the rounding of p
   float terminator;  // shadow terminator geometry offset, 0 = none
   float side;        // 1: seen from the front, -1: from behind
+  float t;           // length of the ray that met it
 };
 
 FN vec3 instance_point(IN(Instance) i, vec3 p) { return i.x_axis * p.x + i.y_axis * p.y + i.z_axis * p.z + i.origin; }
@@ -121,6 +123,7 @@ FN void surface_from_hit(IN(SceneData) scene, IN(Hit) hit, vec3 direction, OUT(S
   surface_fetch(scene, hit.instance, hit.triangle, t);
   s.epsilon = surface_shape(t, hit.u, hit.v, direction, s.p, s.ng, s.n, s.side);
   s.material = t.material;
+  s.t = hit.t;
   s.terminator = t.terminator;
   s.u = hit.u;
   s.v = hit.v;

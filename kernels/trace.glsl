@@ -17,6 +17,7 @@ bool trace(vec3 origin, vec3 direction, float t_min, float t_max, uint visibilit
   hit.v = 0.0f;
   hit.triangle = 0u;
   hit.instance = INVALID_ID;
+  hit.crossed = 0u;
 #ifdef RAY_QUERY
   const float begin = float_after(t_min);
   if (!(begin < t_max)) return false;  // a query needs an interval

@@ -73,7 +73,7 @@ void main() {
   CameraRay ray;
   ray.t_min = 0.0f;
   ray.t_max = INFINITE_DISTANCE;
-  if (!path_bounce(WAVE.integrator, path, s, bsdf, wo, u, choice, ray.origin, ray.direction)) return;
+  if (!path_bounce(WAVE.scene, WAVE.integrator, path, s, bsdf, wo, u, choice, ray.origin, ray.direction)) return;
   // A last ray can only bring light home: where there is none to find, it need not be traced.
   const bool finds =
       FEATURE(FEATURE_BSDF_RAYS) && (flag(WAVE_LAST_RAYS_FIND_LIGHT) || (path.ray_kind & RAY_MEETS_LAMPS) != 0u);

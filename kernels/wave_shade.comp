@@ -26,7 +26,7 @@ void escape(uint lane, PathState path) {
 }
 
 // Passes that describe the first surface.
-void record(uint lane, Surface s, Material material, Bsdf bsdf) {
+void record(uint lane, Surface s, Material material, vec3 diffuse) {
   WaveRecord r = LOAD(WAVE.records, lane);
   const vec2 offset = WAVE.samples.v[lane].offset;
   const Instance instance = LOAD(WAVE.scene.instances, s.instance);
@@ -39,7 +39,7 @@ void record(uint lane, Surface s, Material material, Bsdf bsdf) {
   r.normal = s.n;
   r.uv = surface_uv(WAVE.scene, s);
   r.uv_coverage = (LOAD(WAVE.scene.meshes, instance.mesh).flags & MESH_HAS_UV) != 0u ? 1.0f : 0.0f;
-  r.diffuse_color = bsdf.diffuse * PI;
+  r.diffuse_color = diffuse;
   STORE(WAVE.records, lane, r);
 }
 
@@ -64,7 +64,11 @@ bool shade(uint lane) {
   const CameraRay ray = LOAD(WAVE.rays, lane);
   PathState path = LOAD(WAVE.paths, lane);
   const Hit hit = LOAD(WAVE.hits, lane);
-  if (FEATURE(FEATURE_TRANSPARENCY) && hit.t == HIT_ENDED) return false;
+  if (FEATURE(FEATURE_TRANSPARENCY)) {
+    if (hit.t == HIT_ENDED) return false;
+    path.transparent_bounces += hit.crossed;
+    WAVE.paths.v[lane].transparent_bounces = path.transparent_bounces;
+  }
   if (FEATURE(FEATURE_WHITTED)) absorb(lane, hit.t, path);
   const bool missed = hit.instance == INVALID_ID;
   const bool meets = path.bounce > 0u ? FEATURE(FEATURE_BSDF_RAYS) : flag(WAVE_CAMERA_MEETS_LIGHTS);
@@ -85,19 +89,31 @@ bool shade(uint lane) {
   }
   if (path_is_last(WAVE.integrator, path)) return false;  // it only brought light home
   const vec3 smooth_normal = s.n;
-  if (FEATURE(FEATURE_TEXTURES)) {
-    material_fetch(WAVE.scene, s, material);
-    s.n = material_normal(WAVE.scene, s);
+  bool through = false;
+  vec3 weight = vec3(1.0f);
+  if (FEATURE(FEATURE_PROGRAMS)) {
+    const float u = vertex_random(path, pixel_of(lane).block_seed, PAIR_CLOSURE).x;
+    const ShaderPoint at = path_point(WAVE.scene, path, s, -ray.direction, hit.t);
+    SurfaceShading shading;
+    surface_shading(WAVE.scene, at, u, s, shading);
+    material = shading.material;
+    weight = shading.weight;
+    through = shading.kind == CLOSURE_TRANSPARENT;
+    path.throughput = path.throughput * weight;
+    WAVE.paths.v[lane].throughput = path.throughput;
   }
   // Neither Toon nor a picture of the sky asks what the surface does with light.
   const bool lit = !FEATURE(FEATURE_TOON) && !(FEATURE(FEATURE_OCCLUSION) && flag(WAVE_OCCLUSION_PICTURE));
   Bsdf bsdf;
   if (lit || FEATURE(FEATURE_DATA_PASSES | FEATURE_TERMS)) {
     bsdf_prepare(WAVE.scene, material, s.n, s.ng, -ray.direction, bsdf);
-    if (FEATURE(FEATURE_TEXTURES)) bsdf.n_smooth = smooth_normal;
+    if (FEATURE(FEATURE_PROGRAMS)) {
+      bsdf.n_smooth = smooth_normal;
+      if (through) bsdf.lobes = BSDF_THROUGH;
+    }
     if (FEATURE(FEATURE_WHITTED)) whitted_prepare(material, LOAD(WAVE.scene.classic, s.material), bsdf);
   }
-  if (FEATURE(FEATURE_DATA_PASSES) && path.bounce == 0u) record(lane, s, material, bsdf);
+  if (FEATURE(FEATURE_DATA_PASSES) && path.bounce == 0u) record(lane, s, material, bsdf.diffuse * weight * PI);
   if (FEATURE(FEATURE_TERMS) && flag(WAVE_TERMS_PASS) && path.bounce == 0u) {
     record_terms(lane, s, bsdf, -ray.direction);
   }

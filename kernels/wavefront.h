@@ -43,9 +43,6 @@ const uint WAVE_AMBIENT = 128u;             // surfaces return ambient light
 const uint WAVE_AMBIENT_OCCLUDED = 256u;    // as much as they see of the sky
 const uint WAVE_TERMS_PASS = 512u;
 
-// Transparent surfaces that a ray may cross: from here on, any number.
-const uint WAVE_UNLIMITED = 256u;
-
 // What ShadowRay.t_max says once a light sample is done: the share of it that arrives, or that there is none; and what
 // Hit.t says of a ray that crossed more transparent surfaces than it may.
 const float SHADOW_NONE = -1.0f;
@@ -183,7 +180,6 @@ struct WaveData {
   uint flags;  // WAVE_*
   uint light_groups;
   uint adaptive;  // film_odd is kept
-  uint transparent_bounces;
   uint lamp_passes;  // passes of single lamps
   uint whitted_depth;
   float whitted_threshold;
@@ -214,7 +210,7 @@ struct WavePush {
 
 #ifdef __cplusplus
 static_assert(sizeof(WavePixel) == 16 && sizeof(WaveSample) == 24 && sizeof(WaveRecord) == 104 &&
-              sizeof(WaveTree) == 8 && sizeof(WavePending) == 80 && sizeof(WaveTerms) == 20 && sizeof(WavePush) == 48 &&
+              sizeof(WaveTree) == 8 && sizeof(WavePending) == 100 && sizeof(WaveTerms) == 20 && sizeof(WavePush) == 48 &&
               sizeof(TracedGeometry) == 8);
 }  // namespace cotorra
 #endif

@@ -23,10 +23,12 @@ struct AlphaContext {
   const std::uint32_t *first_instances = nullptr;
   const PathState *paths = nullptr;  // of the packet's rays
   uint block_seed = 0;
-  uint limit = 0;                    // transparent surfaces that a ray may pass
-  std::array<uint, kWidth> passed{};
-  std::array<float, kWidth> kept{};  // shadow rays: share of their light that is left
-  std::array<std::array<std::uint64_t, 16>, kWidth> crossed{};  // shadow rays: triangles that were passed last
+  uint limit = 0;                    // transparent surfaces that a path may cross, shadow rays included
+  std::array<uint, kWidth> before{};   // shadow rays: surfaces that their path crossed
+  std::array<uint, kWidth> passed{};   // by the ray itself, whatever stops it later
+  std::array<uint, kWidth> crossed_by_path{};  // paths: of those, what lies before the surface that was met
+  std::array<vec3, kWidth> kept{};  // shadow rays: share of their light that is left
+  std::array<std::array<std::uint64_t, 16>, kWidth> crossed{};  // triangles that were passed last
   // Paths: distances to the surfaces passed, the nearest limit + 1 of each ray, in order.
   std::vector<float> distances;
 };
@@ -34,24 +36,32 @@ struct AlphaContext {
 // Cycles lets a path pass one transparent surface even if none is allowed.
 uint passes_of_path(uint limit) { return std::max(limit, 1u); }
 
-constexpr uint kUnlimited = 256;  // limits from here on are none
-
 // Number `field` of ray or hit k of N, which lie field by field: Embree may hand over fewer rays than a packet has.
 template <class T>
 T filter_field(const void *records, unsigned int field, const embree::FilterArguments &a, std::size_t k) {
   return static_cast<const T *>(records)[field * a.count + k];
 }
-constexpr unsigned int kRayFar = 8, kRayId = 10;
+constexpr unsigned int kRayDirection = 4, kRayFar = 8, kRayId = 10;
 constexpr unsigned int kHitU = 3, kHitV = 4, kHitTriangle = 5, kHitGeometry = 6, kHitInstance = 7, kHitPlace = 8;
 
 template <int kWidth>
-TexturePoint filtered_point(const AlphaContext<kWidth> &c, const embree::FilterArguments &a, std::size_t k) {
+Hit filtered_hit(const AlphaContext<kWidth> &c, const embree::FilterArguments &a, std::size_t k) {
   const auto array = filter_field<std::uint32_t>(a.hit, kHitInstance, a, k);
   const uint instance = array != embree::kInvalidId
                             ? c.first_instances[array] + filter_field<std::uint32_t>(a.hit, kHitPlace, a, k)
                             : c.first_instances[filter_field<std::uint32_t>(a.hit, kHitGeometry, a, k)];
-  return {instance, filter_field<std::uint32_t>(a.hit, kHitTriangle, a, k), filter_field<float>(a.hit, kHitU, a, k),
-          filter_field<float>(a.hit, kHitV, a, k)};
+  Hit hit{};
+  hit.t = filter_field<float>(a.ray, kRayFar, a, k);
+  hit.u = filter_field<float>(a.hit, kHitU, a, k);
+  hit.v = filter_field<float>(a.hit, kHitV, a, k);
+  hit.triangle = filter_field<std::uint32_t>(a.hit, kHitTriangle, a, k);
+  hit.instance = instance;
+  return hit;
+}
+
+vec3 filtered_direction(const embree::FilterArguments &a, std::size_t k) {
+  return {filter_field<float>(a.ray, kRayDirection, a, k), filter_field<float>(a.ray, kRayDirection + 1, a, k),
+          filter_field<float>(a.ray, kRayDirection + 2, a, k)};
 }
 
 // Notes the distance of a surface that ray `id` passed.
@@ -67,26 +77,9 @@ void note_pass(AlphaContext<kWidth> &c, std::size_t id, float t) {
   first[i] = t;
 }
 
-// For rays of paths.
+// Did ray `id` pass this triangle before? Embree's packets ask of one in ten twice.
 template <int kWidth>
-void filter_path(const embree::FilterArguments *a) {
-  auto &c = *reinterpret_cast<AlphaContext<kWidth> *>(a->context);
-  for (std::size_t k = 0; k < a->count; ++k) {
-    if (a->valid[k] == 0) continue;
-    const TexturePoint at = filtered_point(c, *a, k);
-    const float alpha = alpha_at(*c.scene, at);
-    if (alpha >= 1.0f) continue;
-    const auto id = filter_field<std::uint32_t>(a->ray, kRayId, *a, k);
-    const PathState &path = c.paths[id];
-    if (alpha_number(path.random, path.bounce, c.block_seed, at.instance, at.triangle) < alpha) continue;
-    a->valid[k] = 0;
-    if (c.limit < kUnlimited) note_pass(c, id, filter_field<float>(a->ray, kRayFar, *a, k));
-  }
-}
-
-// Did shadow ray `id` pass this triangle before? Embree's packets ask of one in ten twice.
-template <int kWidth>
-bool crossed_before(AlphaContext<kWidth> &c, std::size_t id, const TexturePoint &at) {
+bool crossed_before(AlphaContext<kWidth> &c, std::size_t id, const Hit &at) {
   const std::uint64_t key = std::uint64_t{at.instance} << 32 | at.triangle;
   auto &crossed = c.crossed[id];
   const auto end = crossed.begin() + std::min<std::ptrdiff_t>(c.passed[id], std::ssize(crossed));
@@ -95,21 +88,42 @@ bool crossed_before(AlphaContext<kWidth> &c, std::size_t id, const TexturePoint 
   return false;
 }
 
+// For rays of paths.
+template <int kWidth>
+void filter_path(const embree::FilterArguments *a) {
+  auto &c = *reinterpret_cast<AlphaContext<kWidth> *>(a->context);
+  for (std::size_t k = 0; k < a->count; ++k) {
+    if (a->valid[k] == 0) continue;
+    const Hit at = filtered_hit(c, *a, k);
+    const auto id = filter_field<std::uint32_t>(a->ray, kRayId, *a, k);
+    const PathState &path = c.paths[id];
+    const float alpha = hit_alpha(*c.scene, at, filtered_direction(*a, k), path.ray_kind);
+    if (alpha >= 1.0f) continue;
+    if (alpha_number(path.random, path.bounce, c.block_seed, at.instance, at.triangle) < alpha) continue;
+    a->valid[k] = 0;
+    if (c.limit < TRANSPARENT_UNLIMITED && !crossed_before(c, id, at)) {
+      note_pass(c, id, filter_field<float>(a->ray, kRayFar, *a, k));
+    }
+  }
+}
+
 // For shadow rays.
 template <int kWidth>
 void filter_shadow(const embree::FilterArguments *a) {
   auto &c = *reinterpret_cast<AlphaContext<kWidth> *>(a->context);
   for (std::size_t k = 0; k < a->count; ++k) {
     if (a->valid[k] == 0) continue;
-    const TexturePoint at = filtered_point(c, *a, k);
+    const Hit at = filtered_hit(c, *a, k);
     const auto id = filter_field<std::uint32_t>(a->ray, kRayId, *a, k);
-    const float left = 1.0f - alpha_at(*c.scene, at);
+    const vec3 share = hit_transparency(*c.scene, at, filtered_direction(*a, k), VISIBLE_SHADOW);
+    const float left = max_component(share);
     if (left > 0.0f && crossed_before(c, id, at)) {
       a->valid[k] = 0;
       continue;
     }
-    c.kept[id] *= left;
-    if (left > 0.0f && (++c.passed[id] <= c.limit || c.limit >= kUnlimited)) a->valid[k] = 0;
+    c.kept[id] *= share;
+    const uint crossed = c.before[id] + ++c.passed[id];
+    if (left > 0.0f && (crossed <= c.limit || c.limit >= TRANSPARENT_UNLIMITED)) a->valid[k] = 0;
   }
 }
 
@@ -121,18 +135,18 @@ void set_filter(AlphaContext<kWidth> &c, embree::Ray<kWidth> &ray, embree::Filte
   arguments.filter = reinterpret_cast<void *>(filter);
 }
 
-// Ends rays of paths that passed more surfaces than they may: their mask becomes 0. The surface behind the last one
-// that may be passed ends a path, too, as in Cycles.
+// Counts the surfaces that rays of paths crossed, and ends those that crossed more than they may: their mask becomes 0.
 template <int kWidth>
-void end_passes(const AlphaContext<kWidth> &c, embree::RayHit<kWidth> &p) {
+void end_passes(AlphaContext<kWidth> &c, embree::RayHit<kWidth> &p) {
   const uint limit = passes_of_path(c.limit);
+  c.crossed_by_path.fill(0);
+  if (c.limit >= TRANSPARENT_UNLIMITED) return;
   for (std::size_t k = 0; k < kWidth; ++k) {
-    if (c.passed[k] < limit || c.limit >= kUnlimited) continue;
+    if (c.passed[k] == 0) continue;
     const float *first = c.distances.data() + k * (limit + 1);
     const std::size_t noted = std::min<std::size_t>(c.passed[k], limit + 1);
-    const auto before = std::lower_bound(first, first + noted, p.ray.tfar[k]) - first;
-    const bool met = p.hit.geom_id[k] != embree::kInvalidId;
-    if (static_cast<uint>(before) + (met ? 1u : 0u) > limit) p.ray.mask[k] = 0;
+    c.crossed_by_path[k] = static_cast<uint>(std::lower_bound(first, first + noted, p.ray.tfar[k]) - first);
+    if (c.paths[k].transparent_bounces + c.crossed_by_path[k] > limit) p.ray.mask[k] = 0;
   }
 }
 

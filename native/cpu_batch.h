@@ -35,7 +35,7 @@ void begin_alpha(const RenderJob &job, uint block_seed, Alpha &alpha) {
   alpha.scene = job.scene;
   alpha.first_instances = job.first_instances.data();
   alpha.block_seed = block_seed;
-  alpha.limit = std::min(job.transparent_bounces, kUnlimited);
+  alpha.limit = std::min(job.limits.transparent_bounces, TRANSPARENT_UNLIMITED);
   alpha.distances.resize(std::size_t{kWidth} * (passes_of_path(alpha.limit) + 1));
 }
 
@@ -58,7 +58,7 @@ void occluded(const embree::Api &rtc, const int *valid, embree::Scene bvh, embre
               embree::QueryArguments *arguments) {
   if (FEATURE(FEATURE_TRANSPARENCY) && arguments->context != nullptr) {
     set_filter(*alpha_of(*arguments), *packet, filter_shadow<kWidth>, *arguments);
-    alpha_of(*arguments)->kept.fill(1.0f);
+    alpha_of(*arguments)->kept.fill(vec3(1.0f));
   }
 #if COTORRA_PACKET == 16
   rtc.occluded16(valid, bvh, packet, arguments);
@@ -70,8 +70,8 @@ void occluded(const embree::Api &rtc, const int *valid, embree::Scene bvh, embre
 }
 
 // Share of ray k's light that an occlusion query with these arguments left, where nothing stopped it.
-float light_kept(const embree::QueryArguments &arguments, std::size_t k) {
-  return FEATURE(FEATURE_TRANSPARENCY) && arguments.context != nullptr ? alpha_of(arguments)->kept[k] : 1.0f;
+vec3 light_kept(const embree::QueryArguments &arguments, std::size_t k) {
+  return FEATURE(FEATURE_TRANSPARENCY) && arguments.context != nullptr ? alpha_of(arguments)->kept[k] : vec3(1.0f);
 }
 
 // A packet as it was before it was traced, for RenderJob::measure_tracing.
@@ -102,6 +102,8 @@ struct ClassicLanes {
   Array<OutlineSums, kLanes> sums;
 };
 
+struct ProgramLanes;
+
 // The paths of a batch. Lanes are compacted at each vertex: `slot` tells which sample a lane belongs to.
 struct Batch final : Workspace {
   Array<embree::RayHit<kWidth>, kLanes / kWidth> packets;
@@ -125,12 +127,15 @@ struct Batch final : Workspace {
   std::array<uint, kWidth> shadow_slot;
   std::array<vec3, kWidth> shadow_contribution;
   std::array<int, kWidth> shadow_group;
+  std::array<uint, kWidth> shadow_crossed;  // transparent surfaces of the path
   int shadow_count = 0;
   std::vector<RecordedPacket> recorded;
   bool recording = false;
   // What a call adds to the tile, kept apart so that a cancelled call leaves nothing half done.
   FilmTile staged;
   std::unique_ptr<ClassicLanes> classic;
+  std::unique_ptr<ProgramLanes> programs;  // where a material varies
+  Array<SurfaceShading, FEATURE(FEATURE_PROGRAMS) ? kLanes : 1> shaded;
   Alpha alpha_context;
 };
 

@@ -18,6 +18,7 @@ constexpr std::uint32_t KERNEL_FEATURES = COTORRA_KERNEL_FEATURES;
 #include "cpu_camera.h"
 #include "cpu_occlusion.h"
 #include "cpu_staged.h"
+#include "cpu_surface.h"
 #include "cpu_terms.h"
 #include "cpu_toon.h"
 #include "cpu_visibility.h"
@@ -31,7 +32,7 @@ class Renderer {
   Renderer(const RenderJob &job, Batch &batch, RayCounts &counts, int x0, int y0)
       : job_(job), scene_(*job.scene), b_(batch), counts_(counts) {
     limits_ = {job.limits.max_bounces, job.limits.diffuse_bounces, job.limits.glossy_bounces,
-               job.limits.roulette_start};
+               job.limits.roulette_start, job.limits.transparent_bounces};
     block_seed_ = sampler_block_seed(static_cast<uint>(x0), static_cast<uint>(y0), job.sample_bits, job.seed);
     arguments_.feature_mask = job.embree_features;
     if (FEATURE(FEATURE_TRANSPARENCY)) {
@@ -97,7 +98,7 @@ class Renderer {
   // ---- Stage 2: the nearest surface.
   void trace(int lanes, bool coherent) {
     arguments_.flags = coherent ? embree::kCoherent : embree::kIncoherent;
-    trace_packets(tracer_, b_.packets.data(), lanes);
+    trace_packets(tracer_, b_.packets.data(), lanes, true);
   }
 
   void add_light(uint slot, vec3 value, int group) {
@@ -143,6 +144,7 @@ class Renderer {
       b_.hit.set(next, triangle, hit, direction);
       b_.shading.terminator[next] = triangle.terminator;
       b_.shading.throughput.set(next, path.throughput);
+      b_.surface[next].t = hit.t;
       b_.surface[next].instance = hit.instance;
       b_.surface[next].triangle = hit.triangle;
       b_.surface[next].material = triangle.material;
@@ -163,19 +165,26 @@ class Renderer {
       s.side = b_.hit.side[i];
       s.u = b_.hit.u[i];
       s.v = b_.hit.v[i];
-      Material textured;
-      const vec3 smooth = s.n;
-      if (FEATURE(FEATURE_TEXTURES)) {
-        material_fetch(scene_, s, textured);
-        s.n = material_normal(scene_, s);
-      }
-      const Material &material = FEATURE(FEATURE_TEXTURES) ? textured : scene_.materials.v[s.material];
+    }
+    if (FEATURE(FEATURE_PROGRAMS)) {
+      Array<float, kLanes> choice, unused;
+      fill_pairs(b_.random.data(), count, pair_seed(bounce, PAIR_CLOSURE), choice.data(), unused.data());
+      draw_surfaces(tracer_, count, choice.data());
+    }
+    for (std::size_t i = 0; i < next; ++i) {
+      const Surface &s = b_.surface[i];
+      const vec3 smooth = b_.shading.n.get(i);
+      const Material &material =
+          FEATURE(FEATURE_PROGRAMS) ? b_.shaded[i].material : scene_.materials.v[s.material];
       Bsdf bsdf;
       bsdf_prepare(scene_, material, s.n, s.ng, b_.shading.wo.get(i), bsdf);
-      if (FEATURE(FEATURE_TEXTURES)) bsdf.n_smooth = smooth;
+      if (FEATURE(FEATURE_PROGRAMS)) {
+        bsdf.n_smooth = smooth;
+        if (b_.shaded[i].kind == CLOSURE_TRANSPARENT) bsdf.lobes = BSDF_THROUGH;
+      }
       if (wants(FEATURE_WHITTED)) whitted_prepare(material, scene_.classic.v[s.material], bsdf);
       b_.shading.set_bsdf(i, bsdf);
-      if (FEATURE(FEATURE_DATA_PASSES) && bounce == 0) record(b_.slot[i], s, material, bsdf);
+      if (FEATURE(FEATURE_DATA_PASSES) && bounce == 0) record(b_.slot[i], s, material, bsdf.diffuse * (FEATURE(FEATURE_PROGRAMS) ? b_.shaded[i].weight * PI : vec3(PI)));
       if (FEATURE(FEATURE_TERMS) && bounce == 0 && job_.passes.terms) {
         record_terms(scene_, s.p, bsdf, b_.shading.wo.get(i), b_.pixel[b_.slot[i]], b_);
       }
@@ -219,7 +228,7 @@ class Renderer {
   }
 
   // Passes that describe the first surface. `slot` is the sample, whose filter offset u, v still hold.
-  void record(uint slot, const Surface &s, const Material &material, const Bsdf &bsdf) {
+  void record(uint slot, const Surface &s, const Material &material, vec3 diffuse) {
     const std::size_t pixel = b_.pixel[slot];
     if (job_.passes.nearest) {
       NearestRecord &r = b_.staged.nearest[pixel];
@@ -239,7 +248,7 @@ class Renderer {
       r.uv = r.uv + uv;
       const Mesh &mesh = scene_.meshes.v[scene_.instances.v[s.instance].mesh];
       r.uv_coverage += (mesh.flags & MESH_HAS_UV) != 0u ? 1.0f : 0.0f;
-      r.diffuse_color += bsdf.diffuse * PI;
+      r.diffuse_color += diffuse;
     }
   }
 
@@ -285,8 +294,7 @@ class Renderer {
         const Surface &s = b_.surface[i];
         origin += surface_smooth_lift(scene_, s.instance, s.triangle, s.u, s.v, s.ng) * b_.light.lift[i];
       }
-      queue_shadow({origin, b_.light.distance[i], b_.light.wi.get(i), light.group, contribution, mask}, b_.slot[i],
-                   bounce);
+      queue_shadow({origin, b_.light.distance[i], b_.light.wi.get(i), light.group, contribution, mask}, i, bounce);
     }
   }
 
@@ -294,7 +302,7 @@ class Renderer {
     ShadowRay ray;
     if (path_sample_light(scene_, index, b_.path[i], b_.surface[i], b_.shading.bsdf(i), b_.shading.wo.get(i), u, scale,
                           ray)) {
-      queue_shadow(ray, b_.slot[i], bounce);
+      queue_shadow(ray, i, bounce);
     }
   }
 
@@ -324,12 +332,13 @@ class Renderer {
       ShadowRay ray;
       if (path_sample_emitter(scene_, b_.path[i], b_.surface[i], b_.shading.bsdf(i), b_.shading.wo.get(i), pick[i],
                               vec2(b_.u2[i], b_.v2[i]), ray)) {
-        queue_shadow(ray, b_.slot[i], bounce);
+        queue_shadow(ray, i, bounce);
       }
     }
   }
 
-  void queue_shadow(const ShadowRay &ray, uint slot, uint bounce) {
+  void queue_shadow(const ShadowRay &ray, std::size_t lane, uint bounce) {
+    const uint slot = b_.slot[lane];
     if (ray.visibility == 0u) {
       arrive(slot, ray.contribution, ray.group, bounce, true);
       return;
@@ -348,6 +357,7 @@ class Renderer {
     b_.shadow_slot[k] = slot;
     b_.shadow_contribution[k] = ray.contribution;
     b_.shadow_group[k] = ray.group;
+    if (FEATURE(FEATURE_TRANSPARENCY)) b_.shadow_crossed[k] = b_.path[lane].transparent_bounces;
     if (++b_.shadow_count == kWidth) flush_shadow(bounce);
   }
 
@@ -358,6 +368,7 @@ class Renderer {
     if (b_.recording) b_.recorded.push_back({{b_.shadow, {}}, b_.shadow_count, arguments_.flags, true});
     embree::Ray<kWidth> asked;
     if (FEATURE(FEATURE_WHITTED)) asked = b_.shadow;
+    if (FEATURE(FEATURE_TRANSPARENCY)) b_.alpha_context.before = b_.shadow_crossed;
     occluded(*job_.rtc, valid, job_.bvh, &b_.shadow, &arguments_);
     if (FEATURE(FEATURE_WHITTED) && job_.classic.transparent_shadows) {
       see_through(tracer_, asked, b_.shadow_count, b_.shadow, b_.shadow_contribution.data());
@@ -373,9 +384,10 @@ class Renderer {
 
   // Takes out of the shadow ray's light what transparent surfaces kept of it.
   void dim_shadow(std::size_t k, uint bounce) {
-    const float kept = light_kept(arguments_, k);
+    const vec3 kept = light_kept(arguments_, k);
     if (FEATURE(FEATURE_DATA_PASSES) && bounce == 0 && job_.passes.shadow && b_.shadow.tfar[k] >= 0.0f) {
-      b_.staged.shadow[b_.pixel[b_.shadow_slot[k]]].unshadowed += luminance(b_.shadow_contribution[k]) * (1.0f - kept);
+      b_.staged.shadow[b_.pixel[b_.shadow_slot[k]]].unshadowed +=
+          luminance(b_.shadow_contribution[k] * (vec3(1.0f) - kept));
     }
     if (b_.shadow.tfar[k] >= 0.0f) b_.shadow_contribution[k] *= kept;
   }
@@ -401,7 +413,18 @@ class Renderer {
       PathState path = b_.path[i];
       const BsdfSample sample{b_.bounce.wi.get(i), b_.bounce.pdf[i], b_.bounce.weight.get(i), b_.bounce.lobe[i]};
       vec3 origin;
-      if (!path_advance(limits_, path, b_.surface[i], sample, roulette[i], origin)) continue;
+      if (FEATURE(FEATURE_PROGRAMS) && (b_.shading.lobes[i] & BSDF_THROUGH) != 0u) {
+        const vec3 wo = b_.shading.wo.get(i);
+        if (!path_pass(scene_, path, b_.surface[i], wo, origin)) continue;
+        start_ray(b_.packets[next / kWidth], next % kWidth, origin, -wo, 0.0f, INFINITE_DISTANCE,
+                  path.ray_kind & VISIBLE_ALL);
+        b_.path[next] = path;
+        b_.slot[next] = b_.slot[i];
+        ++next;
+        continue;
+      }
+      if (!path_advance(scene_, limits_, path, b_.surface[i], sample, roulette[i], origin)) continue;
+      if (scene_.light_kinds != 0u) path_note_kind(b_.shading.bsdf(i), b_.shading.wo.get(i), sample.wi, path);
       // A last ray can only bring light home: where there is none to find, it need not be traced.
       const bool finds =
           FEATURE(FEATURE_BSDF_RAYS) && (job_.last_rays_find_light || (path.ray_kind & RAY_MEETS_LAMPS) != 0u);
@@ -461,7 +484,7 @@ class Renderer {
     for (std::size_t i = 0; i < static_cast<std::size_t>(met); ++i) {
       const Surface &s = b_.surface[i];
       const ClassicMaterial &classic = scene_.classic.v[s.material];
-      const vec3 tone = toon_color(surface_material(scene_, s), classic, b_.classic->lit[i], scene_.light_count);
+      const vec3 tone = toon_color(lane_material(tracer_, i), classic, b_.classic->lit[i], scene_.light_count);
       add_light(b_.slot[i], tone, -1);
     }
     const float reach = job_.classic.outline_y / job_.classic.rows;
@@ -483,7 +506,7 @@ class Renderer {
       const Surface &s = b_.surface[i];
       const float sky = b_.classic->sky[i];
       if (term) {
-        const vec3 light = ambient_term(surface_material(scene_, s), scene_.classic.v[s.material], c.ambient);
+        const vec3 light = ambient_term(lane_material(tracer_, i), scene_.classic.v[s.material], c.ambient);
         add_light(b_.slot[i], b_.path[i].throughput * light * (c.occluded ? sky : 1.0f), -1);
       }
       if (pass) b_.staged.occlusion[b_.pixel[b_.slot[i]]] += sky;
@@ -530,6 +553,10 @@ std::unique_ptr<Workspace> make_workspace(const RenderJob &job) {
   if ((KERNEL_FEATURES & job.features & (FEATURE_WHITTED | FEATURE_OCCLUSION | FEATURE_TOON)) != 0u) {
     batch->classic = std::make_unique<ClassicLanes>();
     batch->classic->pending.resize(job.classic.depth + 1u);
+  }
+  if ((KERNEL_FEATURES & job.features & FEATURE_PROGRAMS) != 0u) {
+    batch->programs = std::make_unique<ProgramLanes>();
+    batch->programs->registers.resize(std::size_t{job.program_registers} * kProgramStride);
   }
   return batch;
 }

@@ -58,7 +58,7 @@ struct ShadingLanes {
     }
     n.set(i, b.n);
     diffuse.set(i, b.diffuse);
-    if (FEATURE(FEATURE_TEXTURES)) n_smooth.set(i, b.n_smooth);
+    if (FEATURE(FEATURE_PROGRAMS)) n_smooth.set(i, b.n_smooth);
     if (!FEATURE(FEATURE_SPECULAR)) return;
     n_glossy.set(i, b.n_glossy);
     metal_f0.set(i, b.metal_f0);
@@ -86,7 +86,7 @@ struct ShadingLanes {
     Bsdf b{};
     b.n = n.get(i);
     b.diffuse = diffuse.get(i);
-    if (FEATURE(FEATURE_TEXTURES)) b.n_smooth = n_smooth.get(i);
+    if (FEATURE(FEATURE_PROGRAMS)) b.n_smooth = n_smooth.get(i);
     if (!FEATURE(FEATURE_SPECULAR)) return b;
     b.n_glossy = n_glossy.get(i);
     b.metal_f0 = metal_f0.get(i);
@@ -188,7 +188,7 @@ COTORRA_FLATTEN void sample_lamp(const Light &lamp, const ShadingLanes &in, cons
     out.contribution.set(i, light_contribution(light, l, in.principled(i), in.wo.get(i), in.throughput.get(i), 1.0f));
     const vec3 ng = in.ng.get(i);
     out.origin.set(i, surface_ray_origin(in.p.get(i), ng, in.epsilon[i], l.wi));
-    const vec3 smooth = FEATURE(FEATURE_TEXTURES) ? in.n_smooth.get(i) : in.n.get(i);
+    const vec3 smooth = FEATURE(FEATURE_PROGRAMS) ? in.n_smooth.get(i) : in.n.get(i);
     out.lift[i] = terminator_amount(in.terminator[i], dot(smooth, l.wi), dot(ng, l.wi));
     out.wi.set(i, l.wi);
     out.distance[i] = l.distance;

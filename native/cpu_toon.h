@@ -22,7 +22,7 @@ void count_lamps(const Tracer &t, int lanes) {
       if (ray.visibility == 0u) {
         ++lit[i];
       } else {
-        queue.push(ray, static_cast<uint>(i));
+        queue.push(ray, static_cast<uint>(i), b.path[i].transparent_bounces);
       }
     }
   }
@@ -59,7 +59,7 @@ void gather_outlines(const Tracer &t, int lanes) {
   for (uint ray = outline_next(OUTLINE_MIDDLE); ray != OUTLINE_MIDDLE; ray = outline_next(ray)) {
     const vec2 move = outline_move(ray);
     start_moved(t, lanes, move.x * t.job.classic.outline_x, move.y * t.job.classic.outline_y);
-    trace_packets(t, c.around.data(), lanes);
+    trace_packets(t, c.around.data(), lanes, false);
     t.counts.camera += static_cast<std::uint64_t>(lanes);
     for (std::size_t i = 0; i < static_cast<std::size_t>(lanes); ++i) {
       const OutlinePoint point = hit_point(c.around.data(), i);

@@ -23,7 +23,8 @@ class VisibilityQueue {
  public:
   VisibilityQueue(const Tracer &tracer, Answer answer) : t_(tracer), answer_(answer) {}
 
-  void push(const ShadowRay &ray, uint target) {
+  // `crossed`: transparent surfaces that the ray's path crossed.
+  void push(const ShadowRay &ray, uint target, uint crossed) {
     const auto k = static_cast<std::size_t>(count_);
     rays_.org_x[k] = ray.origin.x;
     rays_.org_y[k] = ray.origin.y;
@@ -36,6 +37,7 @@ class VisibilityQueue {
     rays_.time[k] = 0.0f;
     rays_.mask[k] = ray.visibility;
     target_[k] = target;
+    crossed_[k] = crossed;
     if (++count_ == kWidth) flush();
   }
 
@@ -44,10 +46,11 @@ class VisibilityQueue {
     alignas(64) int valid[kWidth];
     for (int k = 0; k < kWidth; ++k) valid[k] = k < count_ ? -1 : 0;
     if (t_.batch.recording) t_.batch.recorded.push_back({{rays_, {}}, count_, t_.arguments.flags, true});
+    if (FEATURE(FEATURE_TRANSPARENCY)) alpha_of(t_.arguments)->before = crossed_;
     occluded(*t_.job.rtc, valid, t_.job.bvh, &rays_, &t_.arguments);
     // Embree sets tfar to -infinity where something is in the way.
     for (std::size_t k = 0; k < static_cast<std::size_t>(count_); ++k) {
-      answer_(target_[k], rays_.tfar[k] >= 0.0f ? light_kept(t_.arguments, k) : 0.0f);
+      answer_(target_[k], rays_.tfar[k] >= 0.0f ? max_component(light_kept(t_.arguments, k)) : 0.0f);
     }
     t_.counts.shadow += static_cast<std::uint64_t>(count_);
     count_ = 0;
@@ -58,12 +61,13 @@ class VisibilityQueue {
   Answer answer_;
   embree::Ray<kWidth> rays_{};
   std::array<uint, kWidth> target_{};
+  std::array<uint, kWidth> crossed_{};
   int count_ = 0;
 };
 
 // What ray k of a packet met; instance is INVALID_ID where it met nothing.
 Hit packet_hit(const RenderJob &job, const embree::RayHit<kWidth> &p, std::size_t k) {
-  Hit hit{p.ray.tfar[k], p.hit.u[k], p.hit.v[k], p.hit.prim_id[k], INVALID_ID};
+  Hit hit{p.ray.tfar[k], p.hit.u[k], p.hit.v[k], p.hit.prim_id[k], INVALID_ID, 0u};
   if (p.hit.geom_id[k] == embree::kInvalidId) return hit;
   const bool instanced = p.hit.inst_id[k] != embree::kInvalidId;
   hit.instance =
@@ -71,20 +75,12 @@ Hit packet_hit(const RenderJob &job, const embree::RayHit<kWidth> &p, std::size_
   return hit;
 }
 
-// The material at a surface, with what its images hold there.
-Material surface_material(const SceneData &scene, const Surface &s) {
-  if (!FEATURE(FEATURE_TEXTURES)) return scene.materials.v[s.material];
-  Material material;
-  material_fetch(scene, s, material);
-  return material;
-}
-
 vec3 packet_direction(const embree::RayHit<kWidth> &p, std::size_t k) {
   return {p.ray.dir_x[k], p.ray.dir_y[k], p.ray.dir_z[k]};
 }
 
-// The nearest surfaces of the first `rays` rays of `packets`.
-void trace_packets(const Tracer &t, embree::RayHit<kWidth> *packets, int rays) {
+// The nearest surfaces of the first `rays` rays of `packets`. `count`: they are the paths' own, and what they cross counts.
+void trace_packets(const Tracer &t, embree::RayHit<kWidth> *packets, int rays, bool count) {
   alignas(64) int valid[kWidth];
   for (int first = 0; first < rays; first += kWidth) {
     embree::RayHit<kWidth> &packet = packets[first / kWidth];
@@ -93,6 +89,11 @@ void trace_packets(const Tracer &t, embree::RayHit<kWidth> *packets, int rays) {
       t.batch.recorded.push_back({packet, std::min(kWidth, rays - first), t.arguments.flags, false});
     if (FEATURE(FEATURE_TRANSPARENCY)) alpha_of(t.arguments)->paths = &t.batch.path[static_cast<std::size_t>(first)];
     intersect(*t.job.rtc, valid, t.job.bvh, &packet, &t.arguments);
+    if (!FEATURE(FEATURE_TRANSPARENCY) || !count) continue;
+    for (int k = 0; k < kWidth && first + k < rays; ++k) {
+      t.batch.path[static_cast<std::size_t>(first + k)].transparent_bounces +=
+          alpha_of(t.arguments)->crossed_by_path[static_cast<std::size_t>(k)];
+    }
   }
 }
 

@@ -37,7 +37,7 @@ void store_children(const Tracer &t, int lanes) {
     if (b.path[i].bounce >= t.job.classic.depth) continue;
     const Surface &s = b.surface[i];
     WhittedChildren children;
-    whitted_children(surface_material(*t.job.scene, s), t.job.scene->classic.v[s.material], s, b.shading.bsdf(i),
+    whitted_children(lane_material(t, i), t.job.scene->classic.v[s.material], s, b.shading.bsdf(i),
                      b.shading.wo.get(i), children);
     store_child(t, i, children.reflected, children.reflected_weight, VISIBLE_GLOSSY);
     store_child(t, i, children.transmitted, children.transmitted_weight, VISIBLE_TRANSMISSION);
@@ -72,7 +72,8 @@ struct Passage {
   vec3 light{1.0f, 1.0f, 1.0f};  // share that glass leaves
   float kept = 1.0f;             // share that surfaces with alpha below 1 leave
   float left = 0.0f;             // distance to the light
-  uint panes = 0, crossed = 0;
+  uint panes = 0;
+  uint crossed = 0;  // by the path and since
 };
 
 // Takes a shadow ray that met `hit` across it, straight on. Returns false where the surface stops it.
@@ -81,15 +82,20 @@ bool cross_surface(const RenderJob &job, const Hit &hit, embree::RayHit<kWidth> 
   const vec3 direction = packet_direction(p, k);
   Surface s;
   surface_from_hit(scene, hit, direction, s);
-  const float alpha = FEATURE(FEATURE_TRANSPARENCY) ? alpha_at(scene, texture_point(s)) : 1.0f;
+  const float alpha = FEATURE(FEATURE_TRANSPARENCY) ? hit_alpha(scene, hit, direction, VISIBLE_SHADOW) : 1.0f;
   if (alpha < 1.0f) {
     passage.kept *= 1.0f - alpha;
-    const uint limit = job.transparent_bounces < kUnlimited ? job.transparent_bounces : kMostCrossings;
+    const uint most = job.limits.transparent_bounces;
+    const uint limit = most < TRANSPARENT_UNLIMITED ? most : kMostCrossings;
     if (++passage.crossed > limit || !(passage.kept > 0.0f)) return false;
   } else {
     const ClassicMaterial &classic = scene.classic.v[s.material];
     if (++passage.panes > WHITTED_PANES) return false;
-    if (!whitted_cross_pane(surface_material(scene, s), classic, s, direction, hit.t, passage.light)) return false;
+    ShaderPoint at = shader_point(s, -direction, hit.t);
+    at.ray_kind = VISIBLE_SHADOW;
+    SurfaceShading shading;
+    surface_shading(scene, at, 0.5f, s, shading);
+    if (!whitted_cross_pane(shading.material, classic, s, direction, hit.t, passage.light)) return false;
   }
   passage.left -= hit.t;
   start_ray(p, k, surface_ray_origin(s.p, s.ng, s.epsilon, direction), direction, 0.0f, passage.left, p.ray.mask[k]);
@@ -108,6 +114,7 @@ void see_through(const Tracer &t, const embree::Ray<kWidth> &asked, int count, e
   for (std::size_t k = 0; k < kWidth; ++k) {
     valid[k] = static_cast<int>(k) < count && !(answered.tfar[k] >= 0.0f) ? -1 : 0;
     passages[k].left = asked.tfar[k];
+    if (FEATURE(FEATURE_TRANSPARENCY)) passages[k].crossed = alpha_of(t.arguments)->before[k];
     p.hit.geom_id[k] = p.hit.inst_id[k] = embree::kInvalidId;
     any |= valid[k] != 0;
   }
@@ -126,7 +133,7 @@ void see_through(const Tracer &t, const embree::Ray<kWidth> &asked, int count, e
         answered.tfar[k] = 0.0f;
         light[k] *= passages[k].light;
         if (FEATURE(FEATURE_TRANSPARENCY) && t.arguments.context != nullptr) {
-          alpha_of(t.arguments)->kept[k] = passages[k].kept;
+          alpha_of(t.arguments)->kept[k] = vec3(passages[k].kept);
         }
       } else if (cross_surface(t.job, hit, p, k, passages[k])) {
         valid[k] = -1;

@@ -96,8 +96,9 @@ void apply_integrator(const SettingsInput &s, const CameraInput &camera, const S
   if (c.integrator == Integrator::kToon) apply_outlines(s, camera, c);
 
   const bool path = c.integrator == Integrator::kPath;
-  job.limits = {path ? s.max_bounces : 0u, path ? s.diffuse_bounces : 0u, path ? s.glossy_bounces : 0u, 2u};
-  if (whitted) job.limits = {c.depth, c.depth, c.depth, 2u};
+  job.limits = {path ? s.max_bounces : 0u, path ? s.diffuse_bounces : 0u, path ? s.glossy_bounces : 0u, 2u,
+                s.transparent_bounces};
+  if (whitted) job.limits = {c.depth, c.depth, c.depth, 2u, s.transparent_bounces};
   // In the classic ones, surfaces are lit by lamps and ambient light; emitting ones are only seen.
   if (!path && c.integrator != Integrator::kDirect) data.emitter_count = 0;
   job.features = features_of(c.integrator, s, scene, c);

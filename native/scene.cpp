@@ -64,6 +64,13 @@ bool is_identity(const float *m) {
   return std::equal(m, m + 12, kIdentity);
 }
 
+constexpr uint kScattered = VISIBLE_DIFFUSE | VISIBLE_GLOSSY;
+
+// Is a light of this visibility hidden from diffuse or from glossy rays, and not from both?
+bool seen_by_one_kind(uint visibility) {
+  return (visibility & kScattered) == VISIBLE_DIFFUSE || (visibility & kScattered) == VISIBLE_GLOSSY;
+}
+
 }  // namespace
 
 Light light_from_blender(const LightsInput &in, std::size_t i) {
@@ -104,11 +111,7 @@ Light light_from_blender(const LightsInput &in, std::size_t i) {
     light.spot_scale = static_cast<float>(1.0 / std::max(ramp, 1e-9));  // no blend: a step, not a division by zero
   }
   light.radiance = in.strength[i] * scale;
-  // A light that only some kinds of bounces see is found by light sampling alone: the two techniques would not draw
-  // the same light.
-  const bool seen_by_all =
-      (light.visibility & (VISIBLE_DIFFUSE | VISIBLE_GLOSSY)) == (VISIBLE_DIFFUSE | VISIBLE_GLOSSY);
-  if (in.use_mis[i] != 0 && light.radius > 0.0f) light.flags |= LIGHT_VISIBLE | (seen_by_all ? LIGHT_USE_MIS : 0u);
+  if (in.use_mis[i] != 0 && light.radius > 0.0f) light.flags |= LIGHT_VISIBLE;
   return light;
 }
 
@@ -377,8 +380,7 @@ void Scene::prepare_emitters() {
     for (uint s = 0; s < instance.material_count; ++s) {
       any |= (materials_[material_slots_[instance.material_base + s]].flags & MATERIAL_SAMPLED) != 0;
     }
-    const bool seen = (instance.visibility & (VISIBLE_DIFFUSE | VISIBLE_GLOSSY)) == (VISIBLE_DIFFUSE | VISIBLE_GLOSSY);
-    if (!any || !seen) continue;
+    if (!any || (instance.visibility & kScattered) == 0) continue;  // no bounce sees it
     for (uint t = 0; t < mesh.triangle_count; ++t) {
       uint slot = 0;
       if ((mesh.flags & MESH_HAS_SLOTS) != 0) slot = std::min(mesh.slots.v[t], instance.material_count - 1);
@@ -421,10 +423,12 @@ void Scene::prepare_emitters() {
 
 void Scene::prepare_features() {
   bool soft = false;
+  bool one_kind = false;
   for (const Light &light : lights_) {
     soft |= light.radius > 0.0f;
     camera_meets_lights_ |= (light.flags & LIGHT_VISIBLE) != 0 && (light.visibility & VISIBLE_CAMERA) != 0;
-    bounces_meet_lights_ |= (light.flags & LIGHT_USE_MIS) != 0;
+    bounces_meet_lights_ |= (light.flags & LIGHT_VISIBLE) != 0 && (light.visibility & (kScattered | VISIBLE_TRANSMISSION)) != 0;
+    one_kind |= (light.flags & LIGHT_VISIBLE) != 0 && seen_by_one_kind(light.visibility);
   }
   bool specular = false;
   bool sharp = false;
@@ -432,7 +436,11 @@ void Scene::prepare_features() {
   bool models = false;
   std::vector<bool> used(materials_.size(), false);
   for (const Instance &i : instances_) {
-    for (uint s = 0; s < i.material_count; ++s) used[material_slots_[i.material_base + s]] = true;
+    for (uint s = 0; s < i.material_count; ++s) {
+      const uint material = material_slots_[i.material_base + s];
+      used[material] = true;
+      one_kind |= (materials_[material].flags & MATERIAL_EMISSIVE) != 0 && seen_by_one_kind(i.visibility);
+    }
   }
   for (std::size_t k = 0; k < materials_.size(); ++k) {
     if (!used[k]) continue;
@@ -451,7 +459,9 @@ void Scene::prepare_features() {
   if (specular || models) features_ |= FEATURE_SPECULAR;
   if (emissive) features_ |= FEATURE_EMISSIVE_MESHES;
   if (world) features_ |= FEATURE_WORLD;
-  const bool world_lights = world && (data_.world_visibility & (VISIBLE_DIFFUSE | VISIBLE_GLOSSY)) != 0;
+  const bool world_lights = world && (data_.world_visibility & kScattered) != 0;
+  one_kind |= world && seen_by_one_kind(data_.world_visibility);
+  data_.light_kinds = one_kind ? 1u : 0u;
   if (emissive || world_lights || (sharp && bounces_meet_lights_)) features_ |= FEATURE_BSDF_RAYS;
   const bool met = camera_meets_lights_ || ((features_ & FEATURE_BSDF_RAYS) != 0 && bounces_meet_lights_);
   if (met) features_ |= FEATURE_VISIBLE_LIGHTS;

@@ -269,7 +269,9 @@ void set_emission_flags(Material &m, uint sampled, uint sides) {
   m.flags &= ~(MATERIAL_EMISSIVE | MATERIAL_SAMPLED | MATERIAL_EMIT_FRONT | MATERIAL_EMIT_BACK);
   if (!(max(max(m.emission.x, m.emission.y), m.emission.z) > 0.0f)) return;
   m.flags |= MATERIAL_EMISSIVE;
-  if (sampled != 0) m.flags |= MATERIAL_SAMPLED;
+  // Triangles are picked by luminance, which colours with negative parts may lack.
+  const float luminance = dot(m.emission, vec3(0.2126f, 0.7152f, 0.0722f));
+  if (sampled != 0 && luminance > 0.0f) m.flags |= MATERIAL_SAMPLED;
   m.flags |= ((sides & 1u) != 0 ? MATERIAL_EMIT_FRONT : 0u) | ((sides & 2u) != 0 ? MATERIAL_EMIT_BACK : 0u);
 }
 

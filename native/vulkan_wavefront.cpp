@@ -228,11 +228,10 @@ void WavefrontOnCard::allocate_lanes() {
 void WavefrontOnCard::describe_job() {
   wave_.camera = job_.camera;
   wave_.integrator = {job_.limits.max_bounces, job_.limits.diffuse_bounces, job_.limits.glossy_bounces,
-                      job_.limits.roulette_start};
+                      job_.limits.roulette_start, job_.limits.transparent_bounces};
   wave_.sample_bits = job_.sample_bits;
   wave_.light_groups = job_.passes.light_groups;
   wave_.adaptive = job_.passes.error ? 1u : 0u;
-  wave_.transparent_bounces = job_.transparent_bounces;
   if (job_.transparent) wave_.flags |= WAVE_TRANSPARENT;
   if (job_.camera_meets_lights) wave_.flags |= WAVE_CAMERA_MEETS_LIGHTS;
   if (job_.last_rays_find_light) wave_.flags |= WAVE_LAST_RAYS_FIND_LIGHT;

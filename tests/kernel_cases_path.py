@@ -35,6 +35,7 @@ INTEGRATOR = (
         diffuse_bounces=integers(5),
         glossy_bounces=integers(5),
         roulette_start=integers(4),
+        transparent_bounces=choices(0, 1, 3, 256),
     ),
 )
 # Without the feature nothing fills in a model: two outputs would differ by what was in memory before.
@@ -155,20 +156,25 @@ MATERIALS = [
 STAGES = [
     Case(
         'path_starts',
-        'pair = vertex_pair(bounce, number); path_begin(bits, path); weight = found_weight(state, pdf);'
-        'last = select(path_is_last(integrator, state), 1u, 0u);',
+        'pair = vertex_pair(bounce, number); path_begin(bits, path); weight = found_weight(state.pdf, pdf);'
+        'last = select(path_is_last(integrator, state), 1u, 0u); most = path_crossings(integrator);'
+        'ended = select(path_crossed_too_many(integrator, bounce), 1u, 0u);'
+        'kept = shadow_kept(integrator, bounce, 0.5f);',
         {'bounce': ('uint', integers(100)), 'number': ('uint', integers(256)), 'bits': UINT, 'state': PATH}
         | {'pdf': ('float', magnitudes(1e-3, 1e3)), 'integrator': INTEGRATOR},
-        {'pair': 'uint', 'path': 'PathState', 'weight': 'float', 'last': 'uint'},
+        {'pair': 'uint', 'path': 'PathState', 'weight': 'float', 'last': 'uint', 'most': 'uint', 'ended': 'uint'}
+        | {'kept': 'float'},
     ),
     Case(
         'path_finds',
         'light = path_meet_light(scene, lamp, path, p, d, t_max, group); sky = path_escape(scene, path);'
         'front = select(emits_from(material.flags, s.side), 1u, 0u);'
-        'glow = path_emission(scene, path, s, material, d, t_max);',
+        'glow = path_emission(scene, path, s, material, d, t_max);'
+        'through = found_throughput(scene, path, mask, found_pdf);',
         {'lamp': LAMP, 'path': PATH, 'p': POINT, 'd': DIRECTION, 't_max': ('float', magnitudes(0.1, 100.0))}
-        | {'s': SURFACE, 'material': MATERIAL},
-        {'light': 'vec3', 'group': 'int', 'sky': 'vec3', 'front': 'uint', 'glow': 'vec3'},
+        | {'s': SURFACE, 'material': MATERIAL, 'mask': ('uint', integers(64))},
+        {'light': 'vec3', 'group': 'int', 'sky': 'vec3', 'front': 'uint', 'glow': 'vec3', 'through': 'vec3'}
+        | {'found_pdf': 'float'},
         scene=True,
     ),
     Case(
@@ -207,10 +213,11 @@ STAGES = [
         'bounce_stage',
         FACING + 'BsdfSample b; bsdf_sample(bsdf, o, choice.x, u, b); onward = state;'
         'advanced = select(path_advance(integrator, onward, s, b, choice.y, start), 1u, 0u); next = state;'
-        'goes_on = select(path_bounce(integrator, next, s, bsdf, o, u, choice, origin, d), 1u, 0u);',
+        'goes_on = select(path_bounce(scene, integrator, next, s, bsdf, o, u, choice, origin, d), 1u, 0u);'
+        'apart = state; path_note_kind(bsdf, o, wi, apart);',
         {'integrator': INTEGRATOR, 'state': PATH, 's': SURFACE, 'material': MATERIAL, 'wo': WO, 'u': SQUARE}
-        | {'choice': SQUARE},
-        {'goes_on': 'uint', 'next': 'PathState', 'origin': 'vec3', 'd': 'vec3'}
+        | {'choice': SQUARE, 'wi': DIRECTION},
+        {'apart': 'PathState', 'goes_on': 'uint', 'next': 'PathState', 'origin': 'vec3', 'd': 'vec3'}
         | {'advanced': 'uint', 'onward': 'PathState', 'start': 'vec3'},
         ROUNDING,
         scene=True,

@@ -314,4 +314,7 @@ def paths(rng: np.random.Generator, n: int) -> np.ndarray:
         glossy_bounces=integers(3),
         ray_kind=choices(*kinds),
         random=integers(),
+        transparent_bounces=integers(4),
+        kind_pdf=choices(0.0, 0.1, 1.0, 30.0),
+        kind_weight=colors(2.0),
     )(rng, n)

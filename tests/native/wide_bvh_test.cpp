@@ -61,7 +61,7 @@ Instance instance_of(uint mesh, vec3 x, vec3 y, vec3 z, vec3 origin, uint visibi
 
 // Every triangle, in world space.
 Hit brute_force(const std::vector<Mesh> &meshes, const std::vector<Instance> &instances, const BvhRay &ray, uint mask) {
-  Hit hit{INFINITE_DISTANCE, 0.0f, 0.0f, 0, INVALID_ID};
+  Hit hit{INFINITE_DISTANCE, 0.0f, 0.0f, 0, INVALID_ID, 0};
   for (uint k = 0; k < instances.size(); ++k) {
     const Instance &i = instances[k];
     if ((i.visibility & mask) == 0) continue;
@@ -104,7 +104,7 @@ int main() {
     bvh_ray(point(3.0f), direction, ray);
     const uint mask = k % 2 == 0 ? VISIBLE_CAMERA : VISIBLE_SHADOW;
     const Hit expected = brute_force(meshes, instances, ray, mask);
-    Hit hit{INFINITE_DISTANCE, 0.0f, 0.0f, 0, INVALID_ID};
+    Hit hit{INFINITE_DISTANCE, 0.0f, 0.0f, 0, INVALID_ID, 0};
     const bool found = bvh_trace(bvh, ray.origin, ray.direction, 0.0f, mask, false, hit);
     Hit any{INFINITE_DISTANCE, 0.0f, 0.0f, 0, INVALID_ID};
     const bool occluded = bvh_trace(bvh, ray.origin, ray.direction, 0.0f, mask, true, any);
