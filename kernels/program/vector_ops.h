@@ -46,9 +46,6 @@ FN vec3 vector_geometry(uint operation, vec3 a, vec3 b, vec3 c, float scale) {
   }
 }
 
-// Vectors have their remainder from the rounded quotient, as Cycles computes it, numbers the exact one.
-FN float vector_remainder(float a, float b) { return select(b != 0.0f, a - b * trunc(safe_divide(a, b)), 0.0f); }
-
 // Operations that treat each component alike.
 FN float vector_component(uint operation, float a, float b, float c) {
   switch (operation) {
@@ -67,7 +64,7 @@ FN float vector_component(uint operation, float a, float b, float c) {
     case 14u:
       return ceil(a);
     case 15u:
-      return vector_remainder(a, b);
+      return safe_remainder(a, b);
     case 16u:
       return fraction(a);
     case 17u:
