@@ -19,7 +19,14 @@ std::string text_of(float x) {
 
 std::string text_of(vec3 v, bool vector) {
   if (!vector) return text_of(v.x);
-  return "(" + text_of(v.x) + ", " + text_of(v.y) + ", " + text_of(v.z) + ")";
+  std::string text("(");
+  return text.append(text_of(v.x)).append(", ").append(text_of(v.y)).append(", ").append(text_of(v.z)).append(")");
+}
+
+std::string text_of_register(uint reference) {
+  std::string text("r");
+  text.append(std::to_string(reference & REFERENCE_MASK));
+  return text;
 }
 
 }  // namespace
@@ -54,8 +61,7 @@ void ProgramWriter::write(Value v) {
     references.push_back(is_table ? constant(graph_[a].constant + base, false) : reference(a, is_vector));
     shown += k > 0 ? ", " : "";
     shown += graph_.is_constant(a) ? text_of(graph_[a].constant, is_vector)
-                                   : "r" + std::to_string(places_[static_cast<std::size_t>(a)].reference &
-                                                          REFERENCE_MASK);
+                                   : text_of_register(places_[static_cast<std::size_t>(a)].reference);
   }
   for (const Value a : node.arguments) release(a);
   const uint place = allocate(vector ? 3 : 1);
@@ -66,9 +72,10 @@ void ProgramWriter::write(Value v) {
   code_.insert(code_.end(), references.begin(), references.end());
   out_.ops_used[node.op->number / 64] |= std::uint64_t{1} << (node.op->number % 64);
   out_.reads_images |= node.op->number >= OP_IMAGE_V && node.op->number <= OP_ENVIRONMENT_V;
-  out_.text += "    r" + std::to_string(place) + (vector ? " = " : "  = ") + node.op->name + "(" + shown + ")";
-  if (node.mode != 0) out_.text += " mode " + std::to_string(node.mode);
-  if (!node.label.empty()) out_.text += "    # " + node.label;
+  out_.text.append("    ").append(text_of_register(place)).append(" = ").append(node.op->name);
+  out_.text.append("(").append(shown).append(")");
+  if (node.mode != 0) out_.text.append(" mode ").append(std::to_string(node.mode));
+  if (!node.label.empty()) out_.text.append("    # ").append(node.label);
   out_.text += "\n";
 }
 
@@ -105,7 +112,7 @@ void ProgramWriter::release(Value v) {
 }
 
 ProgramPart ProgramWriter::value(Value v, const char *what) {
-  out_.text += std::string("  ") + what + ":\n";
+  out_.text.append("  ").append(what).append(":\n");
   begin({v});
   return finish({reference(v, true)}, {});
 }
@@ -129,17 +136,17 @@ ProgramPart ProgramWriter::finish(std::vector<uint> results, const std::vector<R
   for (const Row &row : rows) {
     const ClosureInfo &info = program_closures()[row.kind];
     records.push_back({row.kind, row.mode, reference(row.weight, true), static_cast<uint>(words.size())});
-    out_.text += "    " + std::string(info.name) + " x " +
-                 (graph_.is_constant(row.weight) ? text_of(graph_[row.weight].constant, true)
-                                                 : "r" + std::to_string(records.back().weight & REFERENCE_MASK)) +
-                 " (";
+    out_.text.append("    ").append(info.name).append(" x ");
+    out_.text.append(graph_.is_constant(row.weight) ? text_of(graph_[row.weight].constant, true)
+                                                    : text_of_register(records.back().weight));
+    out_.text.append(" (");
     for (std::size_t k = 0; info.arguments[k] != 0 && k < row.arguments.size(); ++k) {
       const Value a = row.arguments[k];
       const bool vector = info.arguments[k] == 'v';
       words.push_back(reference(a, vector));
       out_.text += k > 0 ? ", " : "";
       out_.text += graph_.is_constant(a) ? text_of(graph_[a].constant, vector)
-                                         : "r" + std::to_string(words.back() & REFERENCE_MASK);
+                                         : text_of_register(words.back());
     }
     out_.text += ")\n";
   }

@@ -244,7 +244,7 @@ void Scene::estimate_emission(const MaterialsInput &in) {
     if (seen[m]++ % step != 0) return;
     for (std::uint64_t p = 0; p < points; ++p) {
       const vec2 b = triangle_from_square(sampler_pair(static_cast<uint>(p), 0x51a7u + triangle));
-      const Hit hit{1.0f, b.x, b.y, triangle, instance};
+      const Hit hit{1.0f, b.x, b.y, triangle, instance, 0};
       Surface s;
       surface_from_hit(data_, hit, vec3(0.0f, 0.0f, 1.0f), s);
       if (s.side < 0.0f) surface_from_hit(data_, hit, vec3(0.0f, 0.0f, -1.0f), s);

@@ -26,7 +26,7 @@ FN uint hash_final(uint a, uint b, uint c) {
 // lookup3 starts from this plus four times the number of words.
 const uint HASH_START = 0xdeadbeefu + 13u;
 
-FN uint hash_uint(uint x) { return hash_final(HASH_START + 4u + x, HASH_START + 4u, HASH_START + 4u); }
+FN uint hash_uint1(uint x) { return hash_final(HASH_START + 4u + x, HASH_START + 4u, HASH_START + 4u); }
 FN uint hash_uint2(uint x, uint y) { return hash_final(HASH_START + 8u + x, HASH_START + 8u + y, HASH_START + 8u); }
 FN uint hash_uint3(uint x, uint y, uint z) {
   return hash_final(HASH_START + 12u + x, HASH_START + 12u + y, HASH_START + 12u + z);
@@ -53,18 +53,18 @@ FN uint hash_uint4(uint x, uint y, uint z, uint w) {
 }
 
 // 0 ... 1, both included. By halves, whose conversions are signed ones, which vector units have; rounded once.
-FN float unit_float(uint h) {
+FN float hash_unit(uint h) {
   const float rounded = float(int(h >> 16)) * 65536.0f + float(int(h & 65535u));
   return rounded * (1.0f / 4294967296.0f);
 }
 
-FN float hash_float(float x) { return unit_float(hash_uint(floatBitsToUint(x))); }
-FN float hash_float2(float x, float y) { return unit_float(hash_uint2(floatBitsToUint(x), floatBitsToUint(y))); }
+FN float hash_float(float x) { return hash_unit(hash_uint1(floatBitsToUint(x))); }
+FN float hash_float2(float x, float y) { return hash_unit(hash_uint2(floatBitsToUint(x), floatBitsToUint(y))); }
 FN float hash_float3(vec3 p) {
-  return unit_float(hash_uint3(floatBitsToUint(p.x), floatBitsToUint(p.y), floatBitsToUint(p.z)));
+  return hash_unit(hash_uint3(floatBitsToUint(p.x), floatBitsToUint(p.y), floatBitsToUint(p.z)));
 }
 FN float hash_float4(vec4 p) {
-  return unit_float(hash_uint4(floatBitsToUint(p.x), floatBitsToUint(p.y), floatBitsToUint(p.z), floatBitsToUint(p.w)));
+  return hash_unit(hash_uint4(floatBitsToUint(p.x), floatBitsToUint(p.y), floatBitsToUint(p.z), floatBitsToUint(p.w)));
 }
 
 // Three numbers of what gives one: the same hash with another word added, or of the words in another order.

@@ -54,7 +54,7 @@ FN float perlin1(float x) {
   const float low = floor(x);
   const uint i = uint(int(low));
   const float f = x - low;
-  return lerp(gradient1(hash_uint(i), f), gradient1(hash_uint(i + 1u), f - 1.0f), noise_fade(f));
+  return lerp(gradient1(hash_uint1(i), f), gradient1(hash_uint1(i + 1u), f - 1.0f), noise_fade(f));
 }
 
 FN float perlin2(float x, float y) {
