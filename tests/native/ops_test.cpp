@@ -11,8 +11,6 @@ constexpr std::uint32_t KERNEL_FEATURES = 0xffffffffu;
 
 using namespace cotorra;
 
-extern "C" {
-
 struct OpRow {
   const char *name;
   unsigned number;
@@ -22,13 +20,13 @@ struct OpRow {
 };
 
 #define PROGRAM_OP(CONSTANT, NAME, NUMBER, KIND, RESULT, ARGUMENTS) {#NAME, NUMBER, #KIND, #RESULT, #ARGUMENTS},
-const OpRow test_ops[] = {
+extern "C" const OpRow test_ops[] = {
 #include "program/ops.inc"
     {nullptr, 0, nullptr, nullptr, nullptr},
 };
 #undef PROGRAM_OP
 
-void test_pure(unsigned op, unsigned mode, std::size_t count, const ProgramArguments *arguments, vec3 *results) {
+extern "C" void test_pure(unsigned op, unsigned mode, std::size_t count, const ProgramArguments *arguments,
+                          vec3 *results) {
   for (std::size_t i = 0; i < count; ++i) results[i] = program_pure(op, mode, arguments[i]);
-}
 }
