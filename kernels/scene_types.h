@@ -400,12 +400,13 @@ struct SceneData {
   MaterialInputsBuffer material_inputs;  // [materials]
   MeshTexturesBuffer mesh_textures;  // [meshes]
   ObjectSpaceBuffer object_spaces;  // [instances], null where no slot has COORDINATES_OBJECT
+  FloatBuffer tables;  // what ramps and curves of shading programs look up; null where there are none
 };
 
 #ifdef __cplusplus
 static_assert(sizeof(Light) == 112 && sizeof(Material) == 64 && sizeof(Mesh) == 56 && sizeof(Instance) == 112 &&
               sizeof(Emitter) == 96 && sizeof(LightShape) == 32 && sizeof(MaterialModel) == 160 &&
-              sizeof(ClassicMaterial) == 64 && sizeof(SceneData) == 168);
+              sizeof(ClassicMaterial) == 64 && sizeof(SceneData) == 176);
 static_assert(sizeof(Texture) == 32 && sizeof(TextureSlot) == 96 && sizeof(MaterialInputs) == 48 &&
               sizeof(MeshTextures) == 104 && sizeof(ObjectSpace) == 48);
 }  // namespace cotorra

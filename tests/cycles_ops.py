@@ -81,15 +81,16 @@ def _material(node: Node) -> bpy.types.Material:
     return material
 
 
-def _facets(inputs: np.ndarray, of_material: np.ndarray, height: int) -> bpy.types.Mesh:
+def _facets(inputs: np.ndarray, of_material: np.ndarray, height: int, normals: np.ndarray | None) -> bpy.types.Mesh:
     count = WIDTH * height
     y, x = np.divmod(np.arange(count), WIDTH)
-    corner = np.array([(0, 0), (1, 0), (1, 1), (0, 1)])
-    xy = (np.stack([x, y], -1)[:, None, :] + corner[None]).reshape(-1, 2)
+    corner = np.array([(-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5)])
+    corners = np.zeros((count, 4, 3))
+    corners[..., :2] = np.stack([x, y], -1)[:, None, :] + 0.5 + corner[None]
+    if normals is not None:
+        corners[: len(normals), :, 2] = -(normals[:, None, :2] * corner[None]).sum(-1) / normals[:, None, 2]
     mesh = bpy.data.meshes.new('facets')
-    mesh.from_pydata(
-        np.concatenate([xy, np.zeros((len(xy), 1))], -1).tolist(), [], np.arange(4 * count).reshape(-1, 4).tolist()
-    )
+    mesh.from_pydata(corners.reshape(-1, 3).tolist(), [], np.arange(4 * count).reshape(-1, 4).tolist())
     for index in range(inputs.shape[1]):
         values = np.zeros(count, np.float32)
         values[: len(inputs)] = inputs[:, index]
@@ -123,9 +124,12 @@ def _scene(mesh: bpy.types.Mesh, height: int) -> bpy.types.Scene:
     return scene
 
 
-def render(nodes: Sequence[Node], inputs: Sequence[np.ndarray], path: Path) -> list[np.ndarray]:
+def render(
+    nodes: Sequence[Node], inputs: Sequence[np.ndarray], path: Path, normals: np.ndarray | None = None
+) -> list[np.ndarray]:
     """What each node puts out, (n, 3), for its (n, k) inputs; all in one picture.
 
+    normals: of the facets, (n, 3) for all inputs one after the other, z above 0; toward the viewer where there are none.
     Attributes arrive as the third part of three times their value: exact where it has at most 22 binary digits.
     """
     bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
@@ -133,7 +137,7 @@ def render(nodes: Sequence[Node], inputs: Sequence[np.ndarray], path: Path) -> l
     every = np.concatenate([np.pad(array, ((0, 0), (0, width - array.shape[1]))) for array in inputs])
     counts = [len(array) for array in inputs]
     height = max(-(-len(every) // WIDTH), 4)  # Blender renders no less
-    mesh = _facets(every, np.repeat(np.arange(len(nodes)), counts), height)
+    mesh = _facets(every, np.repeat(np.arange(len(nodes)), counts), height, normals)
     for node in nodes:
         mesh.materials.append(_material(node))
     scene = _scene(mesh, height)

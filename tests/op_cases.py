@@ -30,7 +30,9 @@ class Case:
     """An op in one mode and the node that it stands for.
 
     ranges: from the argument's place to its bounds (drawn uniformly), to one value, or to how to draw it.
-    steps:  the share of inputs that may fall on the other side of a step (a border of cells, a rounding up).
+    steps:  the share of inputs that may fall on the other side of a step (a border of cells, a rounding up), or where
+            a rounding that each compiler does its own way is enlarged.
+    label:  tells cases of the same mode apart.
     fold:   what of the op's result the node's output is.
     """
 
@@ -40,10 +42,11 @@ class Case:
     ranges: dict[int, Range] = field(default_factory=dict)
     steps: float = 0.0
     fold: Callable[[np.ndarray], np.ndarray] = lambda result: result
+    label: str = ''
 
     @property
     def name(self) -> str:
-        return f'{self.op}-{self.mode}-{"+".join(self.node.outputs)}'
+        return '-'.join(filter(None, (self.op, str(self.mode), '+'.join(self.node.outputs), self.label)))
 
     def draw(self) -> np.ndarray:
         """Arguments one after the other, (COUNT, k), of 22 binary digits each, which cycles_ops.render hands on."""
@@ -69,7 +72,8 @@ def items(node: str, prop: str) -> list[tuple[str, int]]:
     return [(item.identifier, item.value) for item in getattr(bpy.types, node).bl_rna.properties[prop].enum_items]
 
 
-def _node(op: str, kind: str, sockets: str, output: str | Sequence[str], **properties: Any) -> Node:
+def make_node(op: str, kind: str, sockets: str, output: str | Sequence[str], **properties: Any) -> Node:
+    """The node of an op, its sockets by the op's arguments, divided by |."""
     names = tuple(sockets.split('|')) if sockets else ()
     outputs = (output,) if isinstance(output, str) else tuple(output)
     return Node(kind, ops()[op].arguments, names, outputs, properties)
@@ -79,7 +83,7 @@ def _math() -> list[Case]:
     cases = []
     for name, number in items('ShaderNodeMath', 'operation'):
         for clamped in (False, True) if number in (0, 10) else (False,):
-            node = _node('math', 'ShaderNodeMath', 'Value|Value_001|Value_002', 'Value', operation=name)
+            node = make_node('math', 'ShaderNodeMath', 'Value|Value_001|Value_002', 'Value', operation=name)
             node.properties['use_clamp'] = clamped
             # Of powers the base is drawn small, that their result stays near the others; sinh and its like grow, too.
             ranges: dict[int, Range] = {0: (-8.0, 8.0)} if number in (26, 29, 30) else {}
@@ -90,7 +94,7 @@ def _math() -> list[Case]:
         scalar = name in ('DOT_PRODUCT', 'DISTANCE', 'LENGTH')
         op = 'vector_math_f' if scalar else 'vector_math_v'
         sockets = 'Vector|Vector_001|Vector_002|Scale'
-        node = _node(op, 'ShaderNodeVectorMath', sockets, 'Value' if scalar else 'Vector', operation=name)
+        node = make_node(op, 'ShaderNodeVectorMath', sockets, 'Value' if scalar else 'Vector', operation=name)
         bounds: dict[int, Range] = {}
         if name == 'POWER':
             bounds = {1: lambda rng, n: rng.choice([0, 1, 2, 3, -2, 0.5, -0.5, 2.4], n)}
@@ -100,7 +104,7 @@ def _math() -> list[Case]:
 
 def _numbers() -> list[Case]:
     cases = [
-        Case('clamp_f', number, _node('clamp_f', 'ShaderNodeClamp', 'Value|Min|Max', 'Result', clamp_type=name))
+        Case('clamp_f', number, make_node('clamp_f', 'ShaderNodeClamp', 'Value|Min|Max', 'Result', clamp_type=name))
         for name, number in items('ShaderNodeClamp', 'clamp_type')
     ]
     float_sockets = 'Value|From Min|From Max|To Min|To Max|Steps'
@@ -113,30 +117,30 @@ def _numbers() -> list[Case]:
             ('map_range_f', 'FLOAT', float_sockets, 'Result'),
             ('map_range_v', 'FLOAT_VECTOR', vector_sockets, 'Vector'),
         ):
-            node = _node(op, 'ShaderNodeMapRange', sockets, output, data_type=kind, **values)
+            node = make_node(op, 'ShaderNodeMapRange', sockets, output, data_type=kind, **values)
             cases.append(Case(op, number | clamped << 8, node, {5: (0.0, 6.0)}))
     for clamped in (False, True):
         values = {'clamp_factor': clamped}
-        floats = _node('mix_f', 'ShaderNodeMix', 'Factor_Float|A_Float|B_Float', 'Result_Float', **values)
+        floats = make_node('mix_f', 'ShaderNodeMix', 'Factor_Float|A_Float|B_Float', 'Result_Float', **values)
         vectors = 'Factor_Vector|A_Vector|B_Vector'
         mixed = {'data_type': 'VECTOR', 'factor_mode': 'NON_UNIFORM', **values}
         cases.append(Case('mix_f', int(clamped), floats))
-        cases.append(Case('mix_v', int(clamped), _node('mix_v', 'ShaderNodeMix', vectors, 'Result_Vector', **mixed)))
-    cases.append(Case('luminance', 0, _node('luminance', 'ShaderNodeRGBToBW', 'Color', 'Val')))
+        cases.append(Case('mix_v', int(clamped), make_node('mix_v', 'ShaderNodeMix', vectors, 'Result_Vector', **mixed)))
+    cases.append(Case('luminance', 0, make_node('luminance', 'ShaderNodeRGBToBW', 'Color', 'Val')))
     return cases
 
 
 def _mapping() -> list[Case]:
     sockets = 'Vector|Location|Rotation|Scale'
     cases = [
-        Case('mapping', number, _node('mapping', 'ShaderNodeMapping', sockets, 'Vector', vector_type=name))
+        Case('mapping', number, make_node('mapping', 'ShaderNodeMapping', sockets, 'Vector', vector_type=name))
         for name, number in items('ShaderNodeMapping', 'vector_type')
     ]
     for (name, number), inverted in itertools.product(
         items('ShaderNodeVectorRotate', 'rotation_type'), (False, True)
     ):
         values = {'rotation_type': name, 'invert': inverted}
-        node = _node('vector_rotate', 'ShaderNodeVectorRotate', 'Vector|Center|Axis|Angle|Rotation', 'Vector', **values)
+        node = make_node('vector_rotate', 'ShaderNodeVectorRotate', 'Vector|Center|Axis|Angle|Rotation', 'Vector', **values)
         cases.append(Case('vector_rotate', number | inverted << 8, node))
     outputs = ('Segment ID', 'Segment Width', 'Segment Rotation')
     sides: Range = lambda rng, n: np.where(rng.random(n) < 0.5, rng.integers(2, 9, n), rng.uniform(1.5, 9, n))
@@ -144,11 +148,11 @@ def _mapping() -> list[Case]:
     for normalized in (False, True):
         ranges = {0: (-2.0, 2.0), 1: sides, 2: roundness}
         values = {'normalize': normalized}
-        node = _node('radial_tiling_v', 'ShaderNodeRadialTiling', 'Vector|Sides|Roundness', 'Segment Coordinates')
+        node = make_node('radial_tiling_v', 'ShaderNodeRadialTiling', 'Vector|Sides|Roundness', 'Segment Coordinates')
         node.properties.update(values)
         cases.append(Case('radial_tiling_v', int(normalized), node, ranges))
         for place, output in enumerate(outputs):
-            node = _node('radial_tiling_f', 'ShaderNodeRadialTiling', 'Vector|Sides|Roundness', output, **values)
+            node = make_node('radial_tiling_f', 'ShaderNodeRadialTiling', 'Vector|Sides|Roundness', output, **values)
             cases.append(Case('radial_tiling_f', normalized | place << 1, node, ranges))
     return cases
 
@@ -159,13 +163,13 @@ def _colors() -> list[Case]:
         for clamps in (0, 3) if number in (0, 10, 13) else (1,):
             values = {'data_type': 'RGBA', 'blend_type': name}
             values |= {'clamp_factor': bool(clamps & 1), 'clamp_result': bool(clamps & 2)}
-            node = _node('mix_color', 'ShaderNodeMix', 'Factor_Float|A_Color|B_Color', 'Result_Color', **values)
+            node = make_node('mix_color', 'ShaderNodeMix', 'Factor_Float|A_Color|B_Color', 'Result_Color', **values)
             cases.append(Case('mix_color', number | clamps << 8, node, {1: (-0.2, 1.5), 2: (-0.2, 1.5)}))
     for name, number in items('ShaderNodeCombineColor', 'mode'):
-        node = _node('combine_color', 'ShaderNodeCombineColor', 'Red|Green|Blue', 'Color', mode=name)
+        node = make_node('combine_color', 'ShaderNodeCombineColor', 'Red|Green|Blue', 'Color', mode=name)
         cases.append(Case('combine_color', number, node))
         parts = ('Red', 'Green', 'Blue')
-        node = _node('separate_color', 'ShaderNodeSeparateColor', 'Color', parts, mode=name)
+        node = make_node('separate_color', 'ShaderNodeSeparateColor', 'Color', parts, mode=name)
         cases.append(Case('separate_color', number, node))
     simple = {
         'hsv': ('ShaderNodeHueSaturation', 'Hue|Saturation|Value|Fac|Color'),
@@ -181,27 +185,28 @@ def _colors() -> list[Case]:
         'wavelength': {0: (370.0, 790.0)},
     }
     for op, (kind, sockets) in simple.items():
-        cases.append(Case(op, 0, _node(op, kind, sockets, 'Color'), ranges.get(op, {})))
+        cases.append(Case(op, 0, make_node(op, kind, sockets, 'Color'), ranges.get(op, {})))
     return cases
 
 
 def _noise() -> list[Case]:
     cases = []
     sockets = 'Vector|W|Scale|Detail|Roughness|Lacunarity|Offset|Gain|Distortion'
-    spread: Range = lambda rng, n: rng.uniform(-1, 1, n) * rng.choice([3, 3, 100, 3e4], n)
+    spread: Range = lambda rng, n: rng.uniform(-1, 1, n) * rng.choice([3, 100, 3e4], n, p=[0.9, 0.08, 0.02])
     detail: Range = lambda rng, n: np.where(rng.random(n) < 0.4, rng.integers(0, 6, n), rng.uniform(-1, 8, n))
     for (d, dimensions), (t, name) in itertools.product(enumerate(DIMENSIONS), enumerate(NOISE_TYPES)):
         for normalized, op in itertools.product((False, True) if name == 'FBM' else (False,), ('noise_f', 'noise_v')):
             values = {'noise_dimensions': dimensions, 'noise_type': name}
             used = sockets if dimensions in ('1D', '4D') else sockets.replace('|W|', '||')
             used = used.replace('Vector', '') if dimensions == '1D' else used
-            node = _node(op, 'ShaderNodeTexNoise', used, 'Fac' if op == 'noise_f' else 'Color', **values)
+            node = make_node(op, 'ShaderNodeTexNoise', used, 'Fac' if op == 'noise_f' else 'Color', **values)
             node.properties['normalize'] = normalized
             ranges: dict[int, Range] = {
                 0: spread, 1: spread, 2: (-3.0, 3.0), 3: detail, 4: (-0.1, 1.0), 5: (0.5, 3.0), 6: (-0.5, 1.5),
                 7: (-0.5, 3.0), 8: lambda rng, n: rng.choice([0, 0, 0.5, 2.3], n),
             }  # fmt: skip
-            cases.append(Case(op, d | t << 2 | normalized << 5, node, ranges))
+            # Cycles fuses products and sums; the last bit of a coordinate is as large as an octave's frequency.
+            cases.append(Case(op, d | t << 2 | normalized << 5, node, ranges, 0.06))
     return cases
 
 
@@ -238,7 +243,7 @@ def _voronoi() -> list[Case]:
                 if f == 4:
                     names = names.replace('Detail|Roughness|Lacunarity', '||')
                 values = {'voronoi_dimensions': dimensions, 'feature': feature, 'distance': metric}
-                node = _node(op, 'ShaderNodeTexVoronoi', names, output, normalize=normalized, **values)
+                node = make_node(op, 'ShaderNodeTexVoronoi', names, output, normalize=normalized, **values)
                 mode = d | f << 2 | m << 5 | place << 8 | normalized << 11
                 cases.append(Case(op, mode, node, ranges, 0.03))
     return cases
@@ -249,7 +254,7 @@ def _patterns() -> list[Case]:
     for d, dimensions in enumerate(DIMENSIONS):
         names = ('|W', 'Vector|', 'Vector|', 'Vector|W')[d]
         for op, output in (('white_noise_f', 'Value'), ('white_noise_v', 'Color')):
-            node = _node(op, 'ShaderNodeTexWhiteNoise', names, output, noise_dimensions=dimensions)
+            node = make_node(op, 'ShaderNodeTexWhiteNoise', names, output, noise_dimensions=dimensions)
             cases.append(Case(op, d, node))
     sockets = 'Vector|Scale|Distortion|Detail|Detail Scale|Detail Roughness|Phase Offset'
     ranges: dict[int, Range] = {0: (-3.0, 3.0), 1: (-3.0, 6.0), 3: (0.0, 6.0), 5: (0.0, 1.0)}
@@ -257,15 +262,15 @@ def _patterns() -> list[Case]:
         values = {'wave_type': ('BANDS', 'RINGS')[t], 'wave_profile': name}
         which = ('bands_direction', 'rings_direction')[t]
         values[which] = items('ShaderNodeTexWave', which)[direction][0]
-        node = _node('wave_f', 'ShaderNodeTexWave', sockets, 'Fac', **values)
-        cases.append(Case('wave_f', t | direction << (3 if t else 1) | p << 5, node, ranges))
+        node = make_node('wave_f', 'ShaderNodeTexWave', sockets, 'Fac', **values)
+        cases.append(Case('wave_f', t | direction << (3 if t else 1) | p << 5, node, ranges, 0.02))
     for depth in range(11):
-        node = _node('magic_v', 'ShaderNodeTexMagic', 'Vector|Scale|Distortion', 'Color', turbulence_depth=depth)
-        cases.append(Case('magic_v', depth, node, {0: (-20.0, 20.0), 1: (-3.0, 9.0), 2: (-2.0, 2.0)}))
+        node = make_node('magic_v', 'ShaderNodeTexMagic', 'Vector|Scale|Distortion', 'Color', turbulence_depth=depth)
+        cases.append(Case('magic_v', depth, node, {0: (-20.0, 20.0), 1: (-3.0, 9.0), 2: (-2.0, 2.0)}, 0.03))
     for name, number in items('ShaderNodeTexGradient', 'gradient_type'):
-        node = _node('gradient_f', 'ShaderNodeTexGradient', 'Vector', 'Fac', gradient_type=name)
+        node = make_node('gradient_f', 'ShaderNodeTexGradient', 'Vector', 'Fac', gradient_type=name)
         cases.append(Case('gradient_f', number, node))
-    cases.append(Case('checker_f', 0, _node('checker_f', 'ShaderNodeTexChecker', 'Vector|Scale', 'Fac')))
+    cases.append(Case('checker_f', 0, make_node('checker_f', 'ShaderNodeTexChecker', 'Vector|Scale', 'Fac')))
     return cases + _bricks() + _gabor()
 
 
@@ -286,7 +291,7 @@ def _bricks() -> list[Case]:
             7: (offset,), 8: (squash,),
         }  # fmt: skip
         for output, fold in (('Fac', lambda r: r[:, 0]), ('Color', lambda r: r[:, 1] * (1 - r[:, 0]))):
-            node = _node('brick_f', 'ShaderNodeTexBrick', sockets, output, **values)
+            node = make_node('brick_f', 'ShaderNodeTexBrick', sockets, output, **values)
             node = Node(node.type, node.kinds, node.sockets, node.outputs, node.properties, _black_and_white)
             cases.append(Case('brick_f', every | squash_every << 8, node, ranges, 0.01, fold))
     return cases
@@ -298,7 +303,7 @@ def _gabor() -> list[Case]:
         items('ShaderNodeTexGabor', 'gabor_type'), enumerate(('Value', 'Phase', 'Intensity'))
     ):
         sockets = 'Vector|Scale|Frequency|Anisotropy|' + ('Orientation 2D|', '|Orientation 3D')[kind]
-        node = _node('gabor_f', 'ShaderNodeTexGabor', sockets, output, gabor_type=name)
+        node = make_node('gabor_f', 'ShaderNodeTexGabor', sockets, output, gabor_type=name)
         ranges: dict[int, Range] = {0: (-4.0, 4.0), 1: (0.5, 3.0), 2: (-1.0, 6.0), 5: (0.1, 1.0)}
         cases.append(Case('gabor_f', kind | place << 1, node, ranges, 0.01))
     return cases

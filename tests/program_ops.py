@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The pure ops of shading programs as NumPy functions, compiled from kernels/program/, and the list of all ops.
+"""The ops of shading programs as NumPy functions, compiled from kernels/program/, and the list of all ops.
 
 What is demanded of them stands in test_ops.py and test_ops_cycles.py.
 """
@@ -58,17 +58,26 @@ def ops() -> dict[str, Op]:
     return {op.name: op for op in found}
 
 
-def evaluate(name: str, mode: int, arguments: np.ndarray) -> np.ndarray:
-    """Results, (n, 3) or of a number (n,), of an op for (n, k) arguments one after the other."""
+def evaluate(
+    name: str, mode: int, arguments: np.ndarray, table: np.ndarray | None = None, image: np.ndarray | None = None
+) -> np.ndarray:
+    """Results, (n, 3) or of a number (n,), of an op for (n, k) arguments one after the other.
+
+    table: floats, at offset 0 of the scene's tables. image: (height, width, 4), bottom row first, number 0.
+    """
     op = ops()[name]
     padded = np.zeros((len(arguments), ARGUMENTS), np.float32)
     padded[:, : arguments.shape[1]] = arguments
     results = np.empty((len(arguments), 3), np.float32)
-    library().test_pure(
-        op.number,
-        mode,
-        ctypes.c_size_t(len(arguments)),
-        ctypes.c_void_p(padded.ctypes.data),
-        ctypes.c_void_p(results.ctypes.data),
-    )
+    calls = (op.number, mode, ctypes.c_size_t(len(arguments)), _pointer(padded), _pointer(results))
+    if op.kind == 'PURE':
+        library().test_pure(*calls)
+    else:
+        table = np.ascontiguousarray(np.zeros(1) if table is None else table, np.float32)
+        image = np.ascontiguousarray(np.zeros((1, 1, 4)) if image is None else image, np.float32)
+        library().test_table(*calls, _pointer(table), _pointer(image), image.shape[1], image.shape[0])
     return results if op.result == 'v' else results[:, 0]
+
+
+def _pointer(array: np.ndarray) -> ctypes.c_void_p:
+    return ctypes.c_void_p(array.ctypes.data)

@@ -20,12 +20,14 @@ FN float blackbody_channel(float x, vec4 low, vec4 high) {
 
 FN vec3 op_blackbody(uint, float kelvin) {
   const float x = clamp(kelvin * 0.001f, 0.8f, 12.0f);
-  return vec3(blackbody_channel(x, vec4(0.53768754f, -2.26482034f, 2.15580177f, 3.97453928f),
-                                vec4(0.148207739f, 0.0536893904f, -0.00306613301f, 7.63970456e-05f)),
-              blackbody_channel(x, vec4(-0.544090569f, 1.85267377f, -1.98263836f, -0.538179457f),
-                                vec4(1.29482937f, -0.0466441251f, 0.00335835083f, -9.70405017e-05f)),
-              blackbody_channel(x, vec4(4.58509254f, -13.967083f, 15.7079811f, -7.75647736f),
-                                vec4(1.07128084f, 0.208021715f, -0.0148478253f, 0.000395042676f)));
+  const vec3 inside = vec3(blackbody_channel(x, vec4(0.53768754f, -2.26482034f, 2.15580177f, 3.97453928f),
+                                             vec4(0.148207739f, 0.0536893904f, -0.00306613301f, 7.63970456e-05f)),
+                           blackbody_channel(x, vec4(-0.544090569f, 1.85267377f, -1.98263836f, -0.538179457f),
+                                             vec4(1.29482937f, -0.0466441251f, 0.00335835083f, -9.70405017e-05f)),
+                           blackbody_channel(x, vec4(4.58509254f, -13.967083f, 15.7079811f, -7.75647736f),
+                                             vec4(1.07128084f, 0.208021715f, -0.0148478253f, 0.000395042676f)));
+  const vec3 above = vec3(0.826424658f, 0.994484186f, 1.56593144f);
+  return select(kelvin < 800.0f, vec3(5.41415453f, 0.0f, 0.0f), select(kelvin >= 12000.0f, above, inside));
 }
 
 // The CIE 1931 standard observer every 5 nm from 380 nm, in linear Rec.709, divided by 2.52, which keeps it below 1.
