@@ -126,13 +126,18 @@ FN vec4 texture_filtered(IN(Texture) t, vec2 st, uint interpolation, uint extens
   return sum;
 }
 
-// A filtered texel without its alpha, linear.
-FN vec4 texture_decode(IN(Texture) t, IN(TextureSlot) slot, vec4 c) {
-  const bool divide = (slot.flags & TEXTURE_UNASSOCIATE) != 0u && c.w != 0.0f && c.w != 1.0f;
+// A filtered texel, linear, with its colour divided by its alpha where that is asked for.
+FN vec4 texture_linear(IN(Texture) t, bool unassociate, vec4 c) {
+  const bool divide = unassociate && c.w != 0.0f && c.w != 1.0f;
   const float scale = divide ? 1.0f / c.w : 1.0f;
   const vec3 rgb = vec3(c.x, c.y, c.z) * scale;
   if (t.srgb == 0u) return vec4(rgb.x, rgb.y, rgb.z, c.w);
   return vec4(srgb_decode(rgb.x), srgb_decode(rgb.y), srgb_decode(rgb.z), c.w);
+}
+
+// A filtered texel as a slot asks for it.
+FN vec4 texture_decode(IN(Texture) t, IN(TextureSlot) slot, vec4 c) {
+  return texture_linear(t, (slot.flags & TEXTURE_UNASSOCIATE) != 0u, c);
 }
 
 // Colour and alpha that a slot reads at coordinates p.

@@ -11,7 +11,8 @@ namespace cotorra {
 #endif
 
 FN vec3 op_splat(uint, float a) { return vec3(a, a, a); }
-FN float op_luminance(uint, vec3 a) { return luminance(a); }
+// The luminance of Rec.709's primaries to one digit more than math.h has it: where colours become numbers, Cycles does.
+FN float op_luminance(uint, vec3 a) { return dot(a, vec3(0.2126391f, 0.7151691f, 0.0721927f)); }
 FN float op_average(uint, vec3 a) { return (a.x + a.y + a.z) / 3.0f; }
 FN float op_component(uint mode, vec3 a) { return mode == 0u ? a.x : (mode == 1u ? a.y : a.z); }
 FN vec3 op_combine(uint, float x, float y, float z) { return vec3(x, y, z); }
@@ -46,6 +47,9 @@ FN vec3 vector_geometry(uint operation, vec3 a, vec3 b, vec3 c, float scale) {
   }
 }
 
+// Vectors have their remainder from the rounded quotient, as Cycles computes it, numbers the exact one.
+FN float vector_remainder(float a, float b) { return select(b != 0.0f, a - b * trunc(safe_divide(a, b)), 0.0f); }
+
 // Operations that treat each component alike.
 FN float vector_component(uint operation, float a, float b, float c) {
   switch (operation) {
@@ -64,7 +68,7 @@ FN float vector_component(uint operation, float a, float b, float c) {
     case 14u:
       return ceil(a);
     case 15u:
-      return safe_remainder(a, b);
+      return vector_remainder(a, b);
     case 16u:
       return fraction(a);
     case 17u:

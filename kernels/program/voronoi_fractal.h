@@ -124,6 +124,12 @@ FN VoronoiFractal voronoi_fractal(uint mode, IN(VoronoiInputs) i, vec4 p) {
   return s;
 }
 
+// Beyond the dimensions in use coordinates are 0. One dimension is w alone.
+FN vec4 voronoi_coordinates(uint dimensions, vec3 vector, float w, float scale) {
+  const vec4 p = noise_coordinates(dimensions, vector, w, scale);
+  return vec4(p.x, p.y, dimensions == 3u || dimensions == 4u ? p.z : 0.0f, dimensions == 4u ? p.w : 0.0f);
+}
+
 FN float op_voronoi_f(uint mode, vec3 vector, float w, float scale, float detail, float roughness, float lacunarity,
                       float smoothness, float exponent, float randomness) {
   const uint feature = voronoi_feature(mode);
@@ -132,7 +138,7 @@ FN float op_voronoi_f(uint mode, vec3 vector, float w, float scale, float detail
   if ((feature == VORONOI_N_SPHERE) != (output_kind == 2u)) return 0.0f;
   if (feature == VORONOI_EDGE && output_kind != 0u) return 0.0f;
   const VoronoiInputs i = voronoi_inputs(mode, scale, detail, roughness, lacunarity, smoothness, exponent, randomness);
-  const vec4 p = noise_coordinates(voronoi_dimensions(mode), vector, w, scale);
+  const vec4 p = voronoi_coordinates(voronoi_dimensions(mode), vector, w, scale);
   if (feature == VORONOI_N_SPHERE) return voronoi_n_sphere(voronoi_dimensions(mode), i.randomness, p);
   const VoronoiFractal s = voronoi_fractal(mode, i, p);
   return output_kind == 0u ? voronoi_end_distance(mode, i, s) : voronoi_end_position(mode, i, s).w;
@@ -142,7 +148,7 @@ FN vec3 op_voronoi_v(uint mode, vec3 vector, float w, float scale, float detail,
                      float smoothness, float exponent, float randomness) {
   if (voronoi_feature(mode) >= VORONOI_EDGE) return vec3(0.0f, 0.0f, 0.0f);
   const VoronoiInputs i = voronoi_inputs(mode, scale, detail, roughness, lacunarity, smoothness, exponent, randomness);
-  const vec4 p = noise_coordinates(voronoi_dimensions(mode), vector, w, scale);
+  const vec4 p = voronoi_coordinates(voronoi_dimensions(mode), vector, w, scale);
   const VoronoiFractal s = voronoi_fractal(mode, i, p);
   if (voronoi_output(mode) == 0u) {
     return (mode & VORONOI_NORMALIZE) == 0u ? s.color : s.color * safe_divide(1.0f, s.total);
