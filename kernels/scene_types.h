@@ -378,16 +378,22 @@ struct SceneData {
   FloatBuffer program_constants;
   FloatBuffer tables;  // ramps and curves of all programs
   MeshTexturesBuffer mesh_textures;  // [meshes]
-  ObjectSpaceBuffer object_spaces;  // [instances], null where no slot has COORDINATES_OBJECT
-  FloatBuffer tables;  // what ramps and curves of shading programs look up; null where there are none
+  ObjectSpaceBuffer object_spaces;  // [instances], null where no program asks
+  InstanceInfoBuffer instance_infos;  // [instances], null where no program asks
+  ObjectSpace camera_space;  // x to the right, y up, z forward
+  vec4 camera_window;  // left, bottom, 1 / width, 1 / height of the picture at distance 1, or in metres
+  uint camera_orthographic;
+  uint uv_layer_count;  // layers of UV maps, which come before those of attributes
+  uint light_kinds;  // 1: diffuse or glossy rays alone see some light (PathState.kind_weight)
+  float camera_spread;  // metres that a ray of a pixel is wide, a metre on; orthographic: anywhere
 };
 
 #ifdef __cplusplus
 static_assert(sizeof(Light) == 112 && sizeof(Material) == 64 && sizeof(Mesh) == 56 && sizeof(Instance) == 112 &&
               sizeof(Emitter) == 96 && sizeof(LightShape) == 32 && sizeof(MaterialModel) == 160 &&
-              sizeof(ClassicMaterial) == 64 && sizeof(SceneData) == 176);
-static_assert(sizeof(Texture) == 32 && sizeof(TextureSlot) == 96 && sizeof(MaterialInputs) == 48 &&
-              sizeof(MeshTextures) == 104 && sizeof(ObjectSpace) == 48);
+              sizeof(ClassicMaterial) == 64 && sizeof(SceneData) == 296);
+static_assert(sizeof(Texture) == 32 && sizeof(MeshTextures) == 128 && sizeof(ObjectSpace) == 64 &&
+              sizeof(InstanceInfo) == 32);
 }  // namespace cotorra
 #endif
 

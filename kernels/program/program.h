@@ -5,6 +5,7 @@
 #define COTORRA_PROGRAM_H
 
 #include "context.h"
+#include "image_map.h"
 #include "pure.h"
 #include "table_ops.h"
 
@@ -40,6 +41,18 @@ FN vec3 program_vector(IN(SceneData) scene, uint constants, uint reference PROGR
   return vec3(program_number(scene, constants, reference, 0u PROGRAM_SAME_MEMORY),
               program_number(scene, constants, reference, 1u PROGRAM_SAME_MEMORY),
               program_number(scene, constants, reference, 2u PROGRAM_SAME_MEMORY));
+}
+
+FN vec3 program_table(IN(SceneData) scene, uint op, uint mode, IN(ProgramArguments) a) {
+  const vec3 p = argument3(a, 0);
+  if (op == OP_RAMP_V) return op_ramp_v(scene, mode, a.v[0], a.v[1], a.v[2]);
+  if (op == OP_RAMP_ALPHA) return vec3(op_ramp_alpha(scene, mode, a.v[0], a.v[1], a.v[2]));
+  if (op == OP_CURVE_F) return vec3(op_curve_f(scene, mode, a.v[0], a.v[1], a.v[2], a.v[3], a.v[4]));
+  if (op == OP_RGB_CURVE_V) return op_rgb_curve_v(scene, mode, p, a.v[3], a.v[4], a.v[5], a.v[6]);
+  if (op == OP_VECTOR_CURVE_V) return op_vector_curve_v(scene, mode, p, a.v[3], a.v[4], a.v[5], a.v[6]);
+  if (op == OP_IMAGE_V) return op_image_v(scene, mode, p, a.v[3], a.v[4], argument3(a, 5));
+  if (op == OP_IMAGE_F) return vec3(op_image_f(scene, mode, p, a.v[3], a.v[4], argument3(a, 5)));
+  return op_environment_v(scene, mode, p, a.v[3]);
 }
 
 FN vec3 program_op(IN(SceneData) scene, IN(ShaderPoint) at, uint op, uint mode, IN(ProgramArguments) a) {
