@@ -15,7 +15,8 @@ import bpy
 
 from .closures import Bsdf, Closure, add, diffuse, mask, scale
 from .images import ImageTable, image_path
-from .nodes import Input, Source, Trees, as_color, as_float, own_value, source
+from .nodes import Constant, Input, Source, Trees, source
+from .sockets import as_color, as_float, own_value
 from .texture_nodes import MISSING_IMAGE, TextureReader, UnreadError, read_normal
 from .textures import BLACK, WHITE, Color, NormalMap, Texture, affine, constant, multiply
 
@@ -54,6 +55,9 @@ class Reader:
     asks_side: bool = False
     left_out: list[str] = field(default_factory=list)
     unread: list[str] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        self.trees = self.trees.of(self.warn)
 
     @property
     def textures(self) -> TextureReader:
@@ -166,6 +170,8 @@ def read_closure(reader: Reader, target: Input | None) -> Closure:
     found = source(reader.trees, target)
     if isinstance(found, Input):
         return Closure()
+    if isinstance(found, Constant) or found.output.type != 'SHADER':
+        return Closure(emission=reader.color_map(target))  # a colour or number that is linked to a shader shines
     read = CLOSURES.get(found.node.type)
     if read is None or (read is _glass and not reader.refracts):
         reader.warn(f'node "{found.node.name}" ({found.node.bl_label}) is not supported yet: grey is used instead')
@@ -297,7 +303,7 @@ def _transparent(reader: Reader, node: Source, inputs: dict[str, Input]) -> Clos
 
 
 def _mix(reader: Reader, node: Source, inputs: dict[str, Input]) -> Closure:
-    share, first, second = (Input(socket, node.groups) for socket in node.node.inputs[:3])
+    share, first, second = (Input(socket, node.contexts) for socket in node.node.inputs[:3])
     factor = _saturate(reader.number_map(share))
     if factor in (0.0, 1.0):
         return read_closure(reader, second if factor == 1.0 else first)
@@ -312,7 +318,7 @@ def _mix(reader: Reader, node: Source, inputs: dict[str, Input]) -> Closure:
 
 
 def _add(reader: Reader, node: Source, inputs: dict[str, Input]) -> Closure:
-    first, second = (Input(socket, node.groups) for socket in node.node.inputs[:2])
+    first, second = (Input(socket, node.contexts) for socket in node.node.inputs[:2])
     return add(read_closure(reader, first), read_closure(reader, second), _naming(reader, node))
 
 

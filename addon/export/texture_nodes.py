@@ -32,7 +32,8 @@ from .buffers import (
     NORMAL_WORLD,
 )
 from .images import ImageTable
-from .nodes import Input, Source, Trees, own_value, source
+from .nodes import Constant, Input, Source, Trees, source
+from .sockets import converted, own_value
 from .textures import (
     BLACK,
     WHITE,
@@ -98,15 +99,18 @@ class TextureReader:
         found = source(self.trees, target)
         if isinstance(found, Input):
             return constant(own_value(found.socket))
-        if found.node.type in ('RGB', 'VALUE'):
-            read = constant(own_value(found.node.outputs[0]))
-        elif found.node.type in VALUES:
+        if isinstance(found, Constant):
+            return constant(found.value)
+        if found.node.type in VALUES:
             try:
                 read = VALUES[found.node.type](self, found, found.inputs())
             except NotAffineError:
                 raise UnreadError(found) from None
         else:
             raise UnreadError(found)
+        if read.lookup is None:
+            value = read.offset if found.through[0] in ('RGBA', 'VECTOR') else read.offset[0]
+            return constant(converted(value, (*found.through, target.socket.type)))
         try:
             return luminance(read) if target.socket.type == 'VALUE' else read
         except NotAffineError:
@@ -175,7 +179,7 @@ def _bw(reader: TextureReader, found: Source, inputs: dict[str, Input]) -> Textu
 
 
 def _invert(reader: TextureReader, found: Source, inputs: dict[str, Input]) -> Texture:
-    share, color = (Input(socket, found.groups) for socket in found.node.inputs[:2])
+    share, color = (Input(socket, found.contexts) for socket in found.node.inputs[:2])
     shown = reader.value(color)
     return mix(shown, affine(shown, -1.0, 1.0), reader.value(share))
 
@@ -221,7 +225,7 @@ def _ramp(reader: TextureReader, found: Source, inputs: dict[str, Input]) -> Tex
 
 def _math(reader: TextureReader, found: Source, inputs: dict[str, Input]) -> Texture:
     node = found.node
-    a, b, c = (reader.value(Input(s, found.groups)) if s.enabled else constant(0.0) for s in node.inputs[:3])
+    a, b, c = (reader.value(Input(s, found.contexts)) if s.enabled else constant(0.0) for s in node.inputs[:3])
     match node.operation:
         case 'ADD':
             result = add(a, b)
@@ -332,8 +336,9 @@ def _uv(name: str) -> Coordinates:
 
 def _vector(reader: TextureReader, target: Input) -> Coordinates:
     found = source(reader.trees, target)
-    if isinstance(found, Input):
-        return _uv_constant(np.array(constant(own_value(found.socket)).offset))
+    if isinstance(found, (Input, Constant)):
+        value = found.value if isinstance(found, Constant) else own_value(found.socket)
+        return _uv_constant(np.array(constant(value).offset))
     read = VECTORS.get(found.node.type)
     if read is not None:
         return read(reader, found, found.inputs())
@@ -397,7 +402,7 @@ def _mapping(reader: TextureReader, found: Source, inputs: dict[str, Input]) -> 
 
 
 def _vector_math(reader: TextureReader, found: Source, inputs: dict[str, Input]) -> Coordinates:
-    first, second = (Input(socket, found.groups) for socket in found.node.inputs[:2])
+    first, second = (Input(socket, found.contexts) for socket in found.node.inputs[:2])
     match found.node.operation:
         case 'ADD':
             return _mapped(_vector(reader, first), np.eye(3), reader.triple(second, found))
@@ -449,7 +454,7 @@ def _is_plain(mapping: bpy.types.TexMapping) -> bool:
 def read_normal(reader: TextureReader, target: Input) -> NormalMap | None:
     """The normal map that feeds a Normal input, None if nothing does. Raises UnreadError."""
     found = source(reader.trees, target)
-    if isinstance(found, Input):
+    if isinstance(found, (Input, Constant)):  # a normal that is typed in is one of three zeros, which changes nothing
         return None
     if found.node.type != 'NORMAL_MAP':
         raise UnreadError(found)
