@@ -7,7 +7,7 @@ node means is told in surface.py.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field, replace
 
 import bpy
@@ -197,27 +197,27 @@ def source(trees: Trees, target: Input) -> Source | Constant | Input:
     return found
 
 
-def sources_in_order(trees: Trees, target: Input) -> Iterator[Source]:
-    """All that feeds `target`, directly or not, each node's outputs after what feeds that node; however deep it is."""
+def sources_in_order(trees: Trees, targets: Iterable[Input]) -> Iterator[Source]:
+    """All that feeds the targets, directly or not; each node after those that feed it, however deep they lie."""
     done: set[tuple] = set()
     waiting: list[tuple[Source, bool]] = []
 
-    def add(below: Input) -> None:
-        found = source(trees, below)
-        if isinstance(found, Source) and (found.output, found.contexts) not in done:
-            waiting.append((found, False))
+    def add(inputs: Iterable[Input]) -> None:
+        for target in inputs:
+            found = source(trees, target)
+            if isinstance(found, Source) and (found.output, found.contexts) not in done:
+                waiting.append((found, False))
 
-    add(target)
+    add(targets)
     while waiting:
-        found, seen = waiting.pop()
+        found, is_fed = waiting.pop()
         key = (found.output, found.contexts)
-        if seen:
+        if is_fed:
             yield found
         elif key not in done:
             done.add(key)
             waiting.append((found, True))
-            for below in found.all_inputs():
-                add(below)
+            add(found.all_inputs())
 
 
 def _found(trees: Trees, target: Input, depth: int = 0) -> Source | Constant | Input:

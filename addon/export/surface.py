@@ -16,8 +16,9 @@ import bpy
 from .closures import Bsdf, Closure, add, diffuse, mask, scale
 from .images import ImageTable, image_path
 from .nodes import Constant, Input, Source, Trees, source
+from .readings import UnreadError
 from .sockets import as_color, as_float, own_value
-from .texture_nodes import MISSING_IMAGE, TextureReader, UnreadError, read_normal
+from .texture_nodes import MISSING_IMAGE, TextureReader, read_normal
 from .textures import BLACK, WHITE, Color, NormalMap, Texture, affine, constant, multiply
 
 # F82 metals state their edge tint at 82°, where cos θ = 1/7; this is Schlick's (1 - cos θ)^5 there.
@@ -55,13 +56,22 @@ class Reader:
     asks_side: bool = False
     left_out: list[str] = field(default_factory=list)
     unread: list[str] = field(default_factory=list)
+    textures: TextureReader = field(init=False)
 
     def __post_init__(self) -> None:
         self.trees = self.trees.of(self.warn)
+        self.textures = TextureReader(self.trees, self.images, self.warn)
+        self.textures.readings.ways['closure'] = (CLOSURES, self._closure)
 
-    @property
-    def textures(self) -> TextureReader:
-        return TextureReader(self.trees, self.images, self.warn)
+    def closure(self, found: Source) -> Closure:
+        return self.textures.readings.read('closure', found)
+
+    def _closure(self, found: Source) -> Closure:
+        read = CLOSURES.get(found.node.type)
+        if read is None or (read is _glass and not self.refracts):
+            self.warn(f'node "{found.node.name}" ({found.node.bl_label}) is not supported yet: grey is used instead')
+            return Closure(weight=1.0, bsdf=Bsdf())
+        return read(self, found, found.inputs())
 
     def number_map(self, target: Input) -> float | Texture:
         """A number, which may vary with an image; where it is not understood, the socket's own value."""
@@ -99,13 +109,13 @@ class Reader:
 
     def normal_map(self, inputs: dict[str, Input], name: str = 'Normal') -> NormalMap | None:
         """The normal map at an input; what bends the normal otherwise is left out."""
-        if name not in inputs:
-            return None
-        try:
-            return read_normal(self.textures, inputs[name])
-        except UnreadError as unread:
-            self.left_out.append(name)
-            return self.normal_map(unread.source.inputs()) if unread.source.node.type == 'BUMP' else None
+        while name in inputs:
+            try:
+                return read_normal(self.textures, inputs[name])
+            except UnreadError as unread:
+                self.left_out.append(name)
+                name, inputs = 'Normal', unread.source.inputs() if unread.source.node.type == 'BUMP' else {}
+        return None
 
     def _own_number(self, target: Input, node: bpy.types.Node) -> float:
         own = as_float(own_value(target.socket))
@@ -172,11 +182,7 @@ def read_closure(reader: Reader, target: Input | None) -> Closure:
         return Closure()
     if isinstance(found, Constant) or found.output.type != 'SHADER':
         return Closure(emission=reader.color_map(target))  # a colour or number that is linked to a shader shines
-    read = CLOSURES.get(found.node.type)
-    if read is None or (read is _glass and not reader.refracts):
-        reader.warn(f'node "{found.node.name}" ({found.node.bl_label}) is not supported yet: grey is used instead')
-        return Closure(weight=1.0, bsdf=Bsdf())
-    return read(reader, found, found.inputs())
+    return reader.closure(found)
 
 
 # ---- One function per node. Values are clamped as Cycles clamps them.

@@ -7,7 +7,7 @@ Only affine maps and one comparison are followed; whatever else is met is handed
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import bpy
 import numpy as np
@@ -33,6 +33,7 @@ from .buffers import (
 )
 from .images import ImageTable
 from .nodes import Constant, Input, Source, Trees, source
+from .readings import Readings, UnreadError
 from .sockets import converted, own_value
 from .textures import (
     BLACK,
@@ -78,21 +79,18 @@ NORMAL_SPACES = {
 }
 
 
-class UnreadError(Exception):
-    """A value that comes from a node that is not understood."""
-
-    def __init__(self, found: Source) -> None:
-        super().__init__(found.node.name)
-        self.source = found
-
-
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True)
 class TextureReader:
     """Reads values that may be images. warn: takes texts about this owner's nodes; images: None = none are read."""
 
     trees: Trees
     images: ImageTable | None
     warn: Callable[[str], None]
+    readings: Readings = field(init=False)
+
+    def __post_init__(self) -> None:
+        ways = {'value': (VALUES, self._value), 'coordinates': (VECTORS, self._coordinates)}
+        self.readings = Readings(self.trees, ways)
 
     def value(self, target: Input) -> Texture:
         """What `target` takes, as an affine value; numbers have three like components. Raises UnreadError."""
@@ -101,13 +99,7 @@ class TextureReader:
             return constant(own_value(found.socket))
         if isinstance(found, Constant):
             return constant(found.value)
-        if found.node.type in VALUES:
-            try:
-                read = VALUES[found.node.type](self, found, found.inputs())
-            except NotAffineError:
-                raise UnreadError(found) from None
-        else:
-            raise UnreadError(found)
+        read = self.readings.read('value', found)
         if read.lookup is None:
             value = read.offset if found.through[0] in ('RGBA', 'VECTOR') else read.offset[0]
             return constant(converted(value, (*found.through, target.socket.type)))
@@ -115,6 +107,17 @@ class TextureReader:
             return luminance(read) if target.socket.type == 'VALUE' else read
         except NotAffineError:
             raise UnreadError(found) from None
+
+    def _value(self, found: Source) -> Texture:
+        if found.node.type not in VALUES:
+            raise UnreadError(found)
+        try:
+            return VALUES[found.node.type](self, found, found.inputs())
+        except NotAffineError:
+            raise UnreadError(found) from None
+
+    def _coordinates(self, found: Source) -> Coordinates:
+        return VECTORS[found.node.type](self, found, found.inputs())
 
     def number(self, target: Input, found: Source) -> float:
         """A constant; if it is none, the node that asks for it is not understood."""
@@ -339,9 +342,8 @@ def _vector(reader: TextureReader, target: Input) -> Coordinates:
     if isinstance(found, (Input, Constant)):
         value = found.value if isinstance(found, Constant) else own_value(found.socket)
         return _uv_constant(np.array(constant(value).offset))
-    read = VECTORS.get(found.node.type)
-    if read is not None:
-        return read(reader, found, found.inputs())
+    if found.node.type in VECTORS:
+        return reader.readings.read('coordinates', found)
     return _uv_constant(reader.triple(target, found))
 
 
