@@ -51,3 +51,12 @@ def background(world: bpy.types.World) -> bpy.types.ShaderNode:
     if bpy.app.version < (5, 0, 0):
         world.use_nodes = True
     return next(node for node in world.node_tree.nodes if node.type == 'BACKGROUND')
+
+
+def inlined(owner: bpy.types.ID) -> object | None:
+    """The node tree of a material, world or light as engines see it; `node_tree` of the result is the tree.
+
+    It lives as long as the result does. None in 4.5, which cannot do so.
+    """
+    inline = getattr(owner, 'inline_shader_nodes', None)
+    return None if inline is None else inline()

@@ -39,7 +39,7 @@ def export_scene(
     depsgraph: bpy.types.Depsgraph, engine_scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer, log: Log
 ) -> SceneBuffers:
     """Everything that one view layer shows. `engine_scene` is the depsgraph's evaluated scene."""
-    trees = Trees({})
+    trees = Trees(log.checkpoint)
     light_groups = {group.name: index for index, group in enumerate(view_layer.lightgroups)}
     walk = instances.walk(depsgraph)
     log.checkpoint()

@@ -74,6 +74,55 @@ TEXTURE_SLOT = np.dtype(
 )
 
 
+# One closure of a shader: its kind, its mode, a `v` reference to its weight, and where its arguments begin.
+CLOSURE = np.dtype([('kind', np.uint32), ('mode', np.uint32), ('weight', np.int32), ('first_arg', np.uint32)])
+
+
+@dataclass(frozen=True, slots=True)
+class Shader:
+    """What a node tree computes: N ops on earlier values, and the weighted closures whose sum it shows.
+
+    Values are of two types, `f` (one float) and `v` (three). A reference to one is the index of the op that makes it,
+    or ~i for constant i; of that, an `f` reads the first component. Numbers, types and modes: kernels/program/ops.inc.
+
+    name:         of the material, light or world, for messages.
+    ops:          (N,) uint32 numbers of `cotorra_native.shader_ops()`.
+    modes:        (N,) uint32 what the op does; part of the program's shape.
+    args:         (A,) int32 references, the arguments of all ops one after the other.
+    constants:    (C, 3) float32.
+    closures:     (K,) CLOSURE; kinds are the numbers of `cotorra_native.shader_closures()`.
+    closure_args: (B,) int32 references.
+    labels:       name of the node that each op came from.
+    tables:       (T,) float32 look-up tables; ops take offsets into it as constants.
+    """
+
+    name: str
+    ops: U32
+    modes: U32
+    args: I32
+    constants: F32
+    closures: NDArray[np.void]
+    closure_args: I32
+    labels: tuple[str, ...]
+    tables: F32
+
+
+@dataclass(frozen=True, slots=True)
+class Attribute:
+    """An attribute of a mesh that shaders look up.
+
+    layer:      index into `SceneBuffers.attribute_layers`.
+    domain:     'POINT' (n = V vertices), 'CORNER' (n = C corners) or 'FACE' (n = T, one per triangle).
+    components: of the attribute itself, 1 to 4: as a number it is x where there are two, else the mean of x, y, z.
+    values:     (n, 4) float32: a number in x, y and z, a vector with 0 for what it lacks, alpha 1 where there is none.
+    """
+
+    layer: int
+    domain: str
+    components: int
+    values: F32
+
+
 @dataclass(frozen=True, slots=True)
 class Mesh:
     """One triangle mesh in object space.

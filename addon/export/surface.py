@@ -15,8 +15,10 @@ import bpy
 
 from .closures import Bsdf, Closure, add, diffuse, mask, scale
 from .images import ImageTable, image_path
-from .nodes import Input, Source, Trees, as_color, as_float, own_value, source
-from .texture_nodes import MISSING_IMAGE, TextureReader, UnreadError, read_normal
+from .nodes import Constant, Input, Source, Trees, source
+from .readings import UnreadError
+from .sockets import as_color, as_float, own_value
+from .texture_nodes import MISSING_IMAGE, TextureReader, read_normal
 from .textures import BLACK, WHITE, Color, NormalMap, Texture, affine, constant, multiply
 
 # F82 metals state their edge tint at 82°, where cos θ = 1/7; this is Schlick's (1 - cos θ)^5 there.
@@ -54,10 +56,22 @@ class Reader:
     asks_side: bool = False
     left_out: list[str] = field(default_factory=list)
     unread: list[str] = field(default_factory=list)
+    textures: TextureReader = field(init=False)
 
-    @property
-    def textures(self) -> TextureReader:
-        return TextureReader(self.trees, self.images, self.warn)
+    def __post_init__(self) -> None:
+        self.trees = self.trees.of(self.warn)
+        self.textures = TextureReader(self.trees, self.images, self.warn)
+        self.textures.readings.ways['closure'] = (CLOSURES, self._closure)
+
+    def closure(self, found: Source) -> Closure:
+        return self.textures.readings.read('closure', found)
+
+    def _closure(self, found: Source) -> Closure:
+        read = CLOSURES.get(found.node.type)
+        if read is None or (read is _glass and not self.refracts):
+            self.warn(f'node "{found.node.name}" ({found.node.bl_label}) is not supported yet: grey is used instead')
+            return Closure(weight=1.0, bsdf=Bsdf())
+        return read(self, found, found.inputs())
 
     def number_map(self, target: Input) -> float | Texture:
         """A number, which may vary with an image; where it is not understood, the socket's own value."""
@@ -95,13 +109,13 @@ class Reader:
 
     def normal_map(self, inputs: dict[str, Input], name: str = 'Normal') -> NormalMap | None:
         """The normal map at an input; what bends the normal otherwise is left out."""
-        if name not in inputs:
-            return None
-        try:
-            return read_normal(self.textures, inputs[name])
-        except UnreadError as unread:
-            self.left_out.append(name)
-            return self.normal_map(unread.source.inputs()) if unread.source.node.type == 'BUMP' else None
+        while name in inputs:
+            try:
+                return read_normal(self.textures, inputs[name])
+            except UnreadError as unread:
+                self.left_out.append(name)
+                name, inputs = 'Normal', unread.source.inputs() if unread.source.node.type == 'BUMP' else {}
+        return None
 
     def _own_number(self, target: Input, node: bpy.types.Node) -> float:
         own = as_float(own_value(target.socket))
@@ -166,11 +180,9 @@ def read_closure(reader: Reader, target: Input | None) -> Closure:
     found = source(reader.trees, target)
     if isinstance(found, Input):
         return Closure()
-    read = CLOSURES.get(found.node.type)
-    if read is None or (read is _glass and not reader.refracts):
-        reader.warn(f'node "{found.node.name}" ({found.node.bl_label}) is not supported yet: grey is used instead')
-        return Closure(weight=1.0, bsdf=Bsdf())
-    return read(reader, found, found.inputs())
+    if isinstance(found, Constant) or found.output.type != 'SHADER':
+        return Closure(emission=reader.color_map(target))  # a colour or number that is linked to a shader shines
+    return reader.closure(found)
 
 
 # ---- One function per node. Values are clamped as Cycles clamps them.
@@ -297,7 +309,7 @@ def _transparent(reader: Reader, node: Source, inputs: dict[str, Input]) -> Clos
 
 
 def _mix(reader: Reader, node: Source, inputs: dict[str, Input]) -> Closure:
-    share, first, second = (Input(socket, node.groups) for socket in node.node.inputs[:3])
+    share, first, second = (Input(socket, node.contexts) for socket in node.node.inputs[:3])
     factor = _saturate(reader.number_map(share))
     if factor in (0.0, 1.0):
         return read_closure(reader, second if factor == 1.0 else first)
@@ -312,7 +324,7 @@ def _mix(reader: Reader, node: Source, inputs: dict[str, Input]) -> Closure:
 
 
 def _add(reader: Reader, node: Source, inputs: dict[str, Input]) -> Closure:
-    first, second = (Input(socket, node.groups) for socket in node.node.inputs[:2])
+    first, second = (Input(socket, node.contexts) for socket in node.node.inputs[:2])
     return add(read_closure(reader, first), read_closure(reader, second), _naming(reader, node))
 
 

@@ -7,7 +7,7 @@ Only affine maps and one comparison are followed; whatever else is met is handed
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import bpy
 import numpy as np
@@ -32,7 +32,9 @@ from .buffers import (
     NORMAL_WORLD,
 )
 from .images import ImageTable
-from .nodes import Input, Source, Trees, own_value, source
+from .nodes import Constant, Input, Source, Trees, source
+from .readings import Readings, UnreadError
+from .sockets import converted, own_value
 from .textures import (
     BLACK,
     WHITE,
@@ -77,40 +79,45 @@ NORMAL_SPACES = {
 }
 
 
-class UnreadError(Exception):
-    """A value that comes from a node that is not understood."""
-
-    def __init__(self, found: Source) -> None:
-        super().__init__(found.node.name)
-        self.source = found
-
-
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True)
 class TextureReader:
     """Reads values that may be images. warn: takes texts about this owner's nodes; images: None = none are read."""
 
     trees: Trees
     images: ImageTable | None
     warn: Callable[[str], None]
+    readings: Readings = field(init=False)
+
+    def __post_init__(self) -> None:
+        ways = {'value': (VALUES, self._value), 'coordinates': (VECTORS, self._coordinates)}
+        self.readings = Readings(self.trees, ways)
 
     def value(self, target: Input) -> Texture:
         """What `target` takes, as an affine value; numbers have three like components. Raises UnreadError."""
         found = source(self.trees, target)
         if isinstance(found, Input):
             return constant(own_value(found.socket))
-        if found.node.type in ('RGB', 'VALUE'):
-            read = constant(own_value(found.node.outputs[0]))
-        elif found.node.type in VALUES:
-            try:
-                read = VALUES[found.node.type](self, found, found.inputs())
-            except NotAffineError:
-                raise UnreadError(found) from None
-        else:
-            raise UnreadError(found)
+        if isinstance(found, Constant):
+            return constant(found.value)
+        read = self.readings.read('value', found)
+        if read.lookup is None:
+            value = read.offset if found.through[0] in ('RGBA', 'VECTOR') else read.offset[0]
+            return constant(converted(value, (*found.through, target.socket.type)))
         try:
             return luminance(read) if target.socket.type == 'VALUE' else read
         except NotAffineError:
             raise UnreadError(found) from None
+
+    def _value(self, found: Source) -> Texture:
+        if found.node.type not in VALUES:
+            raise UnreadError(found)
+        try:
+            return VALUES[found.node.type](self, found, found.inputs())
+        except NotAffineError:
+            raise UnreadError(found) from None
+
+    def _coordinates(self, found: Source) -> Coordinates:
+        return VECTORS[found.node.type](self, found, found.inputs())
 
     def number(self, target: Input, found: Source) -> float:
         """A constant; if it is none, the node that asks for it is not understood."""
@@ -175,7 +182,7 @@ def _bw(reader: TextureReader, found: Source, inputs: dict[str, Input]) -> Textu
 
 
 def _invert(reader: TextureReader, found: Source, inputs: dict[str, Input]) -> Texture:
-    share, color = (Input(socket, found.groups) for socket in found.node.inputs[:2])
+    share, color = (Input(socket, found.contexts) for socket in found.node.inputs[:2])
     shown = reader.value(color)
     return mix(shown, affine(shown, -1.0, 1.0), reader.value(share))
 
@@ -221,7 +228,7 @@ def _ramp(reader: TextureReader, found: Source, inputs: dict[str, Input]) -> Tex
 
 def _math(reader: TextureReader, found: Source, inputs: dict[str, Input]) -> Texture:
     node = found.node
-    a, b, c = (reader.value(Input(s, found.groups)) if s.enabled else constant(0.0) for s in node.inputs[:3])
+    a, b, c = (reader.value(Input(s, found.contexts)) if s.enabled else constant(0.0) for s in node.inputs[:3])
     match node.operation:
         case 'ADD':
             result = add(a, b)
@@ -332,11 +339,11 @@ def _uv(name: str) -> Coordinates:
 
 def _vector(reader: TextureReader, target: Input) -> Coordinates:
     found = source(reader.trees, target)
-    if isinstance(found, Input):
-        return _uv_constant(np.array(constant(own_value(found.socket)).offset))
-    read = VECTORS.get(found.node.type)
-    if read is not None:
-        return read(reader, found, found.inputs())
+    if isinstance(found, (Input, Constant)):
+        value = found.value if isinstance(found, Constant) else own_value(found.socket)
+        return _uv_constant(np.array(constant(value).offset))
+    if found.node.type in VECTORS:
+        return reader.readings.read('coordinates', found)
     return _uv_constant(reader.triple(target, found))
 
 
@@ -397,7 +404,7 @@ def _mapping(reader: TextureReader, found: Source, inputs: dict[str, Input]) -> 
 
 
 def _vector_math(reader: TextureReader, found: Source, inputs: dict[str, Input]) -> Coordinates:
-    first, second = (Input(socket, found.groups) for socket in found.node.inputs[:2])
+    first, second = (Input(socket, found.contexts) for socket in found.node.inputs[:2])
     match found.node.operation:
         case 'ADD':
             return _mapped(_vector(reader, first), np.eye(3), reader.triple(second, found))
@@ -449,7 +456,7 @@ def _is_plain(mapping: bpy.types.TexMapping) -> bool:
 def read_normal(reader: TextureReader, target: Input) -> NormalMap | None:
     """The normal map that feeds a Normal input, None if nothing does. Raises UnreadError."""
     found = source(reader.trees, target)
-    if isinstance(found, Input):
+    if isinstance(found, (Input, Constant)):  # a normal that is typed in is one of three zeros, which changes nothing
         return None
     if found.node.type != 'NORMAL_MAP':
         raise UnreadError(found)

@@ -1,0 +1,223 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Builds the flat arrays of a shader: ops on earlier values, each equal one once, and weighted closures.
+
+It knows neither nodes nor Blender: reader.py reads the trees. Folding constants is the native module's.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ..export.buffers import CLOSURE, F32, I32, Shader
+from .ops import Tables
+
+# A value: the index of the op that makes it, or ~i of a constant.
+Ref = int
+Triple = tuple[float, float, float]
+
+SHIFT_BIT = 30  # of the modes of ops that read the shading point: 1 a step along x, 2 along y
+
+
+@dataclass(frozen=True, slots=True)
+class Named:
+    """A constant whose number is known only when all shaders are read. kind: 'layer' or 'tangent'; name: a layer's."""
+
+    kind: str
+    name: str
+
+
+@dataclass(frozen=True, slots=True)
+class Draft:
+    """A shader whose layers are names still.
+
+    named: the constants that stand for layers, by their index.
+    """
+
+    shader: Shader
+    named: tuple[tuple[int, Named], ...]
+
+    def layers(self, kind: str) -> set[str]:
+        return {named.name for _, named in self.named if named.kind == kind}
+
+    @property
+    def key(self) -> tuple:
+        """What is equal in equal trees, whatever their nodes are called."""
+        shader = self.shader
+        arrays = (
+            shader.ops,
+            shader.modes,
+            shader.args,
+            shader.constants,
+            shader.closures,
+            shader.closure_args,
+            shader.tables,
+        )
+        return (*(array.tobytes() for array in arrays), self.named)
+
+    def resolved(self, numbers: dict[Named, int]) -> Shader:
+        """The shader with the numbers of its layers."""
+        for index, named in self.named:
+            self.shader.constants[index] = numbers[named]
+        return self.shader
+
+
+@dataclass(slots=True)
+class Builder:
+    """Gathers the ops, constants, tables and closures of one shader."""
+
+    tables: Tables
+    label: str = ''  # of the node that is read at present
+    _ops: list[int] = field(default_factory=list)
+    _modes: list[int] = field(default_factory=list)
+    _args: list[int] = field(default_factory=list)
+    _labels: list[str] = field(default_factory=list)
+    _known: dict[tuple, Ref] = field(default_factory=dict)
+    _rows: list[Triple | Named] = field(default_factory=list)
+    _constants: dict[object, Ref] = field(default_factory=dict)
+    _tables: dict[bytes, int] = field(default_factory=dict)
+    _table_parts: list[F32] = field(default_factory=list)
+    _table_size: int = 0
+    _closures: list[tuple[int, int, Ref, tuple[Ref, ...]]] = field(default_factory=list)
+
+    def emit(self, name: str, *args: Ref, mode: int = 0) -> Ref:
+        """The value of an op; an earlier one where it is the same."""
+        key = (name, mode, args)
+        found = self._known.get(key)
+        if found is None:
+            op = self.tables.ops[name]
+            assert len(args) == len(op.arguments), f'{name} takes {op.arguments}'
+            found = self._known[key] = len(self._ops)
+            self._ops.append(op.number)
+            self._modes.append(mode)
+            self._args += args
+            self._labels.append(self.label)
+        return found
+
+    def constant(self, value: float | Triple) -> Ref:
+        """A constant; a number stands in all three components."""
+        row = value if isinstance(value, tuple) else (value, value, value)
+        found = self._constants.get(row)
+        if found is None:
+            found = self._constants[row] = ~len(self._rows)
+            self._rows.append(row)
+        return found
+
+    def named(self, kind: str, name: str) -> Ref:
+        """The number of a layer, which is given when all shaders are read."""
+        row = Named(kind, name)
+        found = self._constants.get(row)
+        if found is None:
+            found = self._constants[row] = ~len(self._rows)
+            self._rows.append(row)
+        return found
+
+    def constant_of(self, ref: Ref) -> Triple | None:
+        """The value of a constant, None for what has to be computed."""
+        row = self._rows[~ref] if ref < 0 else None
+        return None if isinstance(row, Named) else row
+
+    def table(self, values: F32) -> Ref:
+        """The place of a look-up table; equal ones stand there once."""
+        key = values.tobytes()
+        if key not in self._tables:
+            self._tables[key] = self._table_size
+            self._table_parts.append(values.ravel())
+            self._table_size += values.size
+        return self.constant(float(self._tables[key]))
+
+    def closure(self, name: str, weight: Ref, *args: Ref, mode: int = 0) -> None:
+        kind = self.tables.closures[name]
+        assert len(args) == len(kind.arguments), f'{name} takes {kind.arguments}'
+        self._closures.append((kind.number, mode, weight, args))
+
+    # ---- Arithmetic on numbers that may be constants; what is no constant is left to the native module.
+
+    def splat(self, ref: Ref) -> Ref:
+        return ref if ref < 0 else self.emit('splat', ref)  # a constant number stands in all components
+
+    def math(self, operation: int, a: Ref, b: Ref) -> Ref:
+        return self.emit('math', a, b, self.constant(0.0), mode=operation)
+
+    def multiply(self, a: Ref, b: Ref) -> Ref:
+        x, y = self.constant_of(a), self.constant_of(b)
+        if x is not None and y is not None:
+            return self.constant(x[0] * y[0])
+        if x is not None and x[0] == 1.0:
+            return b
+        if y is not None and y[0] == 1.0:
+            return a
+        return self.math(MULTIPLY, a, b)
+
+    def add(self, a: Ref, b: Ref) -> Ref:
+        x, y = self.constant_of(a), self.constant_of(b)
+        if x is not None and y is not None:
+            return self.constant(x[0] + y[0])
+        return self.math(ADD, a, b)
+
+    def saturate(self, ref: Ref) -> Ref:
+        value = self.constant_of(ref)
+        if value is None:
+            return self.emit('clamp_f', ref, self.constant(0.0), self.constant(1.0))
+        return self.constant(min(max(value[0], 0.0), 1.0))
+
+    def one_minus(self, ref: Ref) -> Ref:
+        value = self.constant_of(ref)
+        if value is None:
+            return self.math(SUBTRACT, self.constant(1.0), ref)
+        return self.constant(1.0 - value[0])
+
+    def scale(self, vector: Ref, factor: Ref) -> Ref:
+        """A vector or colour times a number."""
+        zero = self.constant(0.0)
+        x, y = self.constant_of(vector), self.constant_of(factor)
+        if y is not None and y[0] == 1.0:
+            return vector
+        if x is not None and y is not None:
+            return self.constant(tuple(part * y[0] for part in x))
+        return self.emit('vector_math_v', vector, zero, zero, factor, mode=VECTOR_SCALE)
+
+    # ---- The arrays.
+
+    def draft(self, name: str) -> Draft:
+        constants = np.zeros((len(self._rows), 3), np.float32)
+        named = []
+        for index, row in enumerate(self._rows):
+            if isinstance(row, Named):
+                named.append((index, row))
+            else:
+                constants[index] = row
+        closures = np.zeros(len(self._closures), CLOSURE)
+        closure_args: list[Ref] = []
+        for row, (kind, mode, weight, args) in zip(closures, self._closures, strict=True):
+            row['kind'], row['mode'], row['weight'], row['first_arg'] = kind, mode, weight, len(closure_args)
+            closure_args += args
+        shader = Shader(
+            name=name,
+            ops=np.array(self._ops, np.uint32),
+            modes=np.array(self._modes, np.uint32),
+            args=integers(self._args),
+            constants=constants,
+            closures=closures,
+            closure_args=integers(closure_args),
+            labels=tuple(self._labels),
+            tables=np.concatenate(self._table_parts) if self._table_parts else np.zeros(0, np.float32),
+        )
+        return Draft(shader, tuple(named))
+
+
+def integers(values: Iterable[int]) -> I32:
+    return np.array(list(values), np.int32)
+
+
+def finite(value: float | Triple) -> bool:
+    return all(map(math.isfinite, value)) if isinstance(value, tuple) else math.isfinite(value)
+
+
+# Numbers of Blender's enumerations of the nodes Math and Vector Math.
+ADD, SUBTRACT, MULTIPLY, DIVIDE = 0, 1, 2, 3
+VECTOR_ADD, VECTOR_SUBTRACT, VECTOR_MULTIPLY = 0, 1, 2
+VECTOR_CROSS, VECTOR_REFLECT, VECTOR_DOT, VECTOR_SCALE, VECTOR_NORMALIZE = 4, 6, 7, 10, 11
