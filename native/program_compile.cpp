@@ -136,16 +136,14 @@ class Compiler {
   }
 
   void read_closures() {
-    const std::size_t n = in_.closure_kinds.size();
-    if (in_.closure_modes.size() != n || in_.closure_weights.size() != n) fail(in_, "closures differ in length");
-    std::size_t next = 0;
-    for (std::size_t k = 0; k < n; ++k) {
-      if (in_.closure_kinds[k] >= CLOSURE_KINDS) fail(in_, "closure " + std::to_string(k) + " is of no known kind");
-      const ClosureInfo &info = kClosures[in_.closure_kinds[k]];
+    for (const ShaderInput::Closure &row : in_.closures) {
+      if (row.kind >= CLOSURE_KINDS) fail(in_, "a closure is of kind " + std::to_string(row.kind));
+      const ClosureInfo &info = kClosures[row.kind];
       const std::string types = info.arguments;
+      std::size_t next = row.first_argument;
       if (next + types.size() > in_.closure_args.size()) fail(in_, "closure_args end within a closure");
-      check(in_.closure_weights[k], values_.size(), info.name);
-      Closure c{info.kind, in_.closure_modes[k], value_of(in_.closure_weights[k]), {}};
+      check(row.weight, values_.size(), info.name);
+      Closure c{info.kind, row.mode, value_of(row.weight), {}};
       if (!graph_.is_constant(c.weight) && !graph_.is_vector(c.weight)) c.weight = graph_.splat(c.weight);
       for (const char type : types) {
         check(in_.closure_args[next], values_.size(), info.name);

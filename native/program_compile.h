@@ -40,9 +40,13 @@ struct ShaderInput {
   std::span<const uint> modes;
   std::span<const int> args;
   std::span<const vec3> constants;
-  std::span<const uint> closure_kinds;
-  std::span<const uint> closure_modes;
-  std::span<const int> closure_weights;
+  struct Closure {
+    uint kind;
+    uint mode;
+    int weight;
+    uint first_argument;
+  };
+  std::span<const Closure> closures;
   std::span<const int> closure_args;
   std::span<const float> tables;
   std::vector<std::string> labels;

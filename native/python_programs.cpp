@@ -44,6 +44,17 @@ ImageInput read_image(nb::handle image, MakeOwner make_owner) {
   return in;
 }
 
+// Structured arrays do not pass borders: as their words.
+std::span<const ShaderInput::Closure> read_closures(nb::handle closures, std::vector<nb::object> &keep) {
+  nb::object words = nb::getattr(closures, "view")("uint32");
+  Array<std::uint32_t> array;
+  if (!nb::try_cast(words, array, false)) throw std::invalid_argument("closures is no C-contiguous array");
+  constexpr std::size_t size = sizeof(ShaderInput::Closure) / sizeof(std::uint32_t);
+  if (array.size() % size != 0) throw std::invalid_argument("closures must have records of four words");
+  keep.push_back(std::move(words));
+  return {reinterpret_cast<const ShaderInput::Closure *>(array.data()), array.size() / size};
+}
+
 // A shader's arrays; its closures are records of four words.
 ShaderInput read_shader(nb::handle shader, std::vector<nb::object> &keep) {
   ShaderInput in;
@@ -53,12 +64,10 @@ ShaderInput read_shader(nb::handle shader, std::vector<nb::object> &keep) {
     in.modes = view<uint, std::uint32_t>(shader, "modes", keep);
     in.args = view<int, std::int32_t>(shader, "args", keep);
     in.constants = view<vec3, float>(shader, "constants", keep);
-    in.closure_kinds = view<uint, std::uint32_t>(shader, "closure_kinds", keep);
-    in.closure_modes = view<uint, std::uint32_t>(shader, "closure_modes", keep);
-    in.closure_weights = view<int, std::int32_t>(shader, "closure_weights", keep);
+    in.closures = read_closures(nb::getattr(shader, "closures"), keep);
     in.closure_args = view<int, std::int32_t>(shader, "closure_args", keep);
     in.tables = view<float, float>(shader, "tables", keep);
-    in.labels = nb::cast<std::vector<std::string>>(nb::getattr(shader, "labels"));
+    for (nb::handle label : nb::getattr(shader, "labels")) in.labels.push_back(nb::cast<std::string>(label));
   } catch (const std::invalid_argument &error) {
     throw std::invalid_argument("shader '" + in.name + "': " + error.what());
   }
