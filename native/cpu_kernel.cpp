@@ -31,8 +31,8 @@ class Renderer {
  public:
   Renderer(const RenderJob &job, Batch &batch, RayCounts &counts, int x0, int y0)
       : job_(job), scene_(*job.scene), b_(batch), counts_(counts) {
-    limits_ = {job.limits.max_bounces, job.limits.diffuse_bounces, job.limits.glossy_bounces,
-               job.limits.roulette_start, job.limits.transparent_bounces};
+    limits_ = {job.limits.max_bounces, job.limits.diffuse_bounces, job.limits.glossy_bounces, job.limits.roulette_start,
+               job.limits.transparent_bounces};
     block_seed_ = sampler_block_seed(static_cast<uint>(x0), static_cast<uint>(y0), job.sample_bits, job.seed);
     arguments_.feature_mask = job.embree_features;
     if (FEATURE(FEATURE_TRANSPARENCY)) {

@@ -79,7 +79,8 @@ vec3 packet_direction(const embree::RayHit<kWidth> &p, std::size_t k) {
   return {p.ray.dir_x[k], p.ray.dir_y[k], p.ray.dir_z[k]};
 }
 
-// The nearest surfaces of the first `rays` rays of `packets`. `count`: they are the paths' own, and what they cross counts.
+// The nearest surfaces of the first `rays` rays of `packets`. `count`: they are the paths' own, and what they cross
+// counts.
 void trace_packets(const Tracer &t, embree::RayHit<kWidth> *packets, int rays, bool count) {
   alignas(64) int valid[kWidth];
   for (int first = 0; first < rays; first += kWidth) {

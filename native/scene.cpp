@@ -427,7 +427,8 @@ void Scene::prepare_features() {
   for (const Light &light : lights_) {
     soft |= light.radius > 0.0f;
     camera_meets_lights_ |= (light.flags & LIGHT_VISIBLE) != 0 && (light.visibility & VISIBLE_CAMERA) != 0;
-    bounces_meet_lights_ |= (light.flags & LIGHT_VISIBLE) != 0 && (light.visibility & (kScattered | VISIBLE_TRANSMISSION)) != 0;
+    bounces_meet_lights_ |=
+        (light.flags & LIGHT_VISIBLE) != 0 && (light.visibility & (kScattered | VISIBLE_TRANSMISSION)) != 0;
     one_kind |= (light.flags & LIGHT_VISIBLE) != 0 && seen_by_one_kind(light.visibility);
   }
   bool specular = false;
