@@ -290,10 +290,15 @@ const uint EXTENSION_MIRROR = 3u;
 const uint NORMAL_TANGENT = 0u;  // what the directions of a normal map are relative to
 const uint NORMAL_OBJECT = 1u;
 const uint NORMAL_WORLD = 2u;
+const uint NORMAL_BLENDER_OBJECT = 3u;  // as Blender once baked them: two axes point the other way
+const uint NORMAL_BLENDER_WORLD = 4u;
 const uint ATTRIBUTE_NONE = 0u;  // what an attribute has one entry for
 const uint ATTRIBUTE_POINT = 1u;
 const uint ATTRIBUTE_CORNER = 2u;
 const uint ATTRIBUTE_FACE = 3u;  // one a triangle
+const uint ATTRIBUTE_INSTANCE = 4u;
+const uint ATTRIBUTE_KIND_MASK = 255u;
+const uint ATTRIBUTE_COMPONENTS_SHIFT = 8u;  // above: how many numbers of four are its own
 
 // An image as its file has it: rows from below, channels side by side.
 struct Texture {
@@ -313,7 +318,7 @@ struct MeshTextures {
   Vec4Buffer tangents;  // [layers * corners] object space, and the sign of the bitangent
   Vec3Buffer generated;  // [vertices]
   Vec4Buffer attributes;  // all layers one after the other
-  UintBuffer attribute_table;  // for each layer ATTRIBUTE_* and its first entry
+  UintBuffer attribute_table;  // for each layer behind those of UV maps ATTRIBUTE_*, and its first entry
   uint corner_count;  // entries of a layer of Mesh.uv and of tangents
   uint uv_layers;
   uint tangent_layers;
@@ -380,6 +385,7 @@ struct SceneData {
   MeshTexturesBuffer mesh_textures;  // [meshes]
   ObjectSpaceBuffer object_spaces;  // [instances], null where no program asks
   InstanceInfoBuffer instance_infos;  // [instances], null where no program asks
+  Vec4Buffer instance_attributes;  // [layers * instances]
   ObjectSpace camera_space;  // x to the right, y up, z forward
   vec4 camera_window;  // left, bottom, 1 / width, 1 / height of the picture at distance 1, or in metres
   uint camera_orthographic;
@@ -391,7 +397,7 @@ struct SceneData {
 #ifdef __cplusplus
 static_assert(sizeof(Light) == 112 && sizeof(Material) == 64 && sizeof(Mesh) == 56 && sizeof(Instance) == 112 &&
               sizeof(Emitter) == 96 && sizeof(LightShape) == 32 && sizeof(MaterialModel) == 160 &&
-              sizeof(ClassicMaterial) == 64 && sizeof(SceneData) == 296);
+              sizeof(ClassicMaterial) == 64 && sizeof(SceneData) == 304);
 static_assert(sizeof(Texture) == 32 && sizeof(MeshTextures) == 128 && sizeof(ObjectSpace) == 64 &&
               sizeof(InstanceInfo) == 32);
 }  // namespace cotorra

@@ -24,10 +24,11 @@ struct ImageInput {
   std::shared_ptr<void> owner;
 };
 
-// One attribute of a mesh: addon/export/buffers.py, MeshAttribute.
+// One attribute of a mesh: addon/export/buffers.py, Attribute.
 struct AttributeInput {
   uint layer = 0;
   uint domain = ATTRIBUTE_NONE;
+  uint components = 3;
   std::span<const vec4> values;
 };
 
@@ -37,10 +38,12 @@ struct ProgramsInput {
   std::span<const int> material_shader;  // [materials], -1: none
   std::vector<ImageInput> images;
   uint uv_layers = 1;
+  uint attribute_layers = 1;          // those of UV maps included
+  std::vector<uint> instance_layers;  // which of them have one value for each instance
   // By instance; empty where no shader asks.
-  std::span<const vec3> info_location;
   std::span<const vec4> info_color;
   std::span<const float> info_random;
+  std::span<const vec4> instance_attributes;  // [instance_layers * instances]
 };
 
 // Everything that kernels read beside Material and Mesh where materials read images.
@@ -53,6 +56,7 @@ struct Textures {
   std::vector<std::vector<vec4>> attributes;        // by mesh
   std::vector<ObjectSpace> spaces;
   std::vector<InstanceInfo> infos;
+  std::vector<vec4> instance_attributes;  // [instance_layers * instances]
   std::uint64_t image_bytes = 0;
 
   std::uint64_t bytes() const;

@@ -90,6 +90,7 @@ std::vector<AttributeInput> read_attributes(nb::handle mesh, std::vector<nb::obj
   for (nb::handle attribute : attributes) {
     found.push_back({nb::cast<uint>(nb::getattr(attribute, "layer")),
                      domain_of(nb::cast<std::string>(nb::getattr(attribute, "domain"))),
+                     nb::cast<uint>(nb::getattr(attribute, "components")),
                      view<vec4, float>(attribute, "values", keep)});
   }
   return found;
@@ -101,11 +102,14 @@ ProgramsInput read_programs(nb::handle buffers, MakeOwner make_owner, std::vecto
   in.material_shader = view<int, std::int32_t>(nb::getattr(buffers, "materials"), "shader", keep);
   for (nb::handle image : nb::getattr(buffers, "images")) in.images.push_back(read_image(image, make_owner));
   in.uv_layers = static_cast<uint>(nb::len(nb::getattr(buffers, "uv_layers")));
-  const nb::object infos = nb::getattr(nb::getattr(buffers, "instances"), "infos", nb::none());
-  if (infos.is_none()) return in;
-  in.info_location = view<vec3, float>(infos, "location", keep);
-  in.info_color = view<vec4, float>(infos, "color", keep);
-  in.info_random = view<float, float>(infos, "random", keep);
+  in.attribute_layers = static_cast<uint>(nb::len(nb::getattr(buffers, "attribute_layers")));
+  for (nb::handle layer : nb::getattr(buffers, "instance_layers")) in.instance_layers.push_back(nb::cast<uint>(layer));
+  const nb::object instances = nb::getattr(buffers, "instances");
+  in.instance_attributes = view<vec4, float>(instances, "attributes", keep);
+  const nb::object info = nb::getattr(instances, "info", nb::none());
+  if (info.is_none()) return in;
+  in.info_color = view<vec4, float>(info, "color", keep);
+  in.info_random = view<float, float>(info, "random", keep);
   return in;
 }
 

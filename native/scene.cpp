@@ -276,7 +276,7 @@ void Scene::prepare_instances(const SceneInput &in) {
                                             : source.visibility[a] < source.visibility[b];
   });
   prepare_object_spaces(in, order);
-  prepare_infos(in.programs, order);
+  prepare_infos(in, order);
   instances_.resize(n);
   for (std::size_t k = 0; k < n; ++k) {
     const std::size_t i = order[k];

@@ -182,7 +182,7 @@ class Scene {
   void prepare_classic();
   void prepare_programs(ProgramsInput &input, const MaterialsInput &materials);  // before prepare_models
   void prepare_object_spaces(const SceneInput &input, std::span<const uint> order);
-  void prepare_infos(const ProgramsInput &input, std::span<const uint> order);
+  void prepare_infos(const SceneInput &input, std::span<const uint> order);
   // How bright the materials whose emission varies are on average, where all else of the scene is known.
   void estimate_emission(const MaterialsInput &materials);
   void prepare_mesh_textures(const SceneInput &input);

@@ -136,26 +136,69 @@ void Scene::prepare_object_spaces(const SceneInput &in, std::span<const uint> or
   data_.object_spaces = {textures_.spaces.data()};
 }
 
-void Scene::prepare_infos(const ProgramsInput &in, std::span<const uint> order) {
+void Scene::prepare_infos(const SceneInput &input, std::span<const uint> order) {
+  const ProgramsInput &in = input.programs;
+  const std::size_t n = order.size();
+  const std::size_t layers = in.instance_layers.size();
+  require_entries(in.instance_attributes.size(), layers * n, "instances.attributes");
+  for (std::size_t layer = 0; layer < layers; ++layer) {
+    for (const uint i : order) textures_.instance_attributes.push_back(in.instance_attributes[layer * n + i]);
+  }
+  data_.instance_attributes = {textures_.instance_attributes.data()};
   const bool asked = std::any_of(compiled_.begin(), compiled_.end(), [](const CompiledShader &c) {
     return uses(c, {OP_OBJECT_INFO_V, OP_OBJECT_INFO_F});
   });
   if (!asked) return;
-  const bool given = !in.info_location.empty();
+  const bool given = !in.info_color.empty();
   if (given) {
-    require_entries(in.info_location.size(), order.size(), "instances.infos.location");
-    require_entries(in.info_color.size(), order.size(), "instances.infos.color");
-    require_entries(in.info_random.size(), order.size(), "instances.infos.random");
+    require_entries(in.info_color.size(), n, "instances.info.color");
+    require_entries(in.info_random.size(), n, "instances.info.random");
   }
   for (const uint i : order) {
-    InstanceInfo info{vec3(0.0f), 1.0f, vec3(1.0f), 0.0f};
+    const float *m = input.instances.transform.data() + std::size_t{12} * i;
+    InstanceInfo info{vec3(m[3], m[7], m[11]), 1.0f, vec3(1.0f), 0.0f};
     if (given) {
       const vec4 c = in.info_color[i];
-      info = {in.info_location[i], c.w, vec3(c.x, c.y, c.z), in.info_random[i]};
+      info.color = vec3(c.x, c.y, c.z);
+      info.alpha = c.w;
+      info.random = in.info_random[i];
     }
     textures_.infos.push_back(info);
   }
   data_.instance_infos = {textures_.infos.data()};
+}
+
+// The attributes of mesh k, one after the other, and for each layer behind those of UV maps where it begins.
+static void fill_attributes(const SceneInput &in, std::size_t k, const std::string &name, Textures &textures) {
+  const MeshInput &source = in.meshes[k];
+  const uint uv_layers = in.programs.uv_layers;
+  std::vector<uint> &table = textures.attribute_tables[k];
+  table.assign(std::size_t{2} * (std::max(in.programs.attribute_layers, uv_layers) - uv_layers), ATTRIBUTE_NONE);
+  const auto set = [&](uint layer, uint kind, std::size_t first) {
+    if (layer < uv_layers || 2 * std::size_t{layer - uv_layers} >= table.size()) {
+      throw std::invalid_argument(name + "an attribute's layer is " + std::to_string(layer) +
+                                  ", which is none of attribute_layers");
+    }
+    table[2 * (layer - uv_layers)] = kind;
+    table[2 * (layer - uv_layers) + 1] = static_cast<uint>(first);
+  };
+  for (std::size_t layer = 0; layer < in.programs.instance_layers.size(); ++layer) {
+    set(in.programs.instance_layers[layer], ATTRIBUTE_INSTANCE, layer * in.instances.mesh.size());
+  }
+  for (const AttributeInput &a : source.attributes) {
+    std::size_t least = a.domain == ATTRIBUTE_FACE ? source.triangles.size() : source.positions.size();
+    if (a.domain == ATTRIBUTE_CORNER) {
+      least = 1;
+      for (const uvec3 &c : source.corners) least = std::max({least, c.x + std::size_t{1}, c.y + std::size_t{1},
+                                                              c.z + std::size_t{1}});
+    }
+    if (a.values.size() < least || (a.domain == ATTRIBUTE_CORNER && source.corners.empty())) {
+      throw std::invalid_argument(name + "an attribute has " + std::to_string(a.values.size()) +
+                                  " entries, expected " + std::to_string(least));
+    }
+    set(a.layer, a.domain | a.components << ATTRIBUTE_COMPONENTS_SHIFT, textures.attributes[k].size());
+    textures.attributes[k].insert(textures.attributes[k].end(), a.values.begin(), a.values.end());
+  }
 }
 
 void Scene::prepare_mesh_textures(const SceneInput &in) {
@@ -184,21 +227,7 @@ void Scene::prepare_mesh_textures(const SceneInput &in) {
     }
     m.tangents = {source.tangents.data()};
     m.generated = {source.generated.data()};
-    for (const AttributeInput &a : source.attributes) {
-      std::size_t expected = a.domain == ATTRIBUTE_FACE ? source.triangles.size() : source.positions.size();
-      if (a.domain == ATTRIBUTE_CORNER) {
-        uint last = 0;
-        for (const uvec3 &c : source.corners) last = std::max({last, c.x, c.y, c.z});
-        expected = std::max<std::size_t>(a.values.size(), std::size_t{last} + 1);  // corners without a triangle may follow
-        if (source.corners.empty()) expected = 0;
-      }
-      require_entries(a.values.size(), expected, (name + "attribute").c_str());
-      std::vector<uint> &table = textures_.attribute_tables[k];
-      if (table.size() < 2 * (std::size_t{a.layer} + 1)) table.resize(2 * (std::size_t{a.layer} + 1), ATTRIBUTE_NONE);
-      table[2 * a.layer] = a.domain;
-      table[2 * a.layer + 1] = static_cast<uint>(textures_.attributes[k].size());
-      textures_.attributes[k].insert(textures_.attributes[k].end(), a.values.begin(), a.values.end());
-    }
+    fill_attributes(in, k, name, textures_);
     m.attributes = {textures_.attributes[k].data()};
     m.attribute_table = {textures_.attribute_tables[k].data()};
     m.attribute_words = static_cast<uint>(textures_.attribute_tables[k].size());

@@ -118,6 +118,8 @@ FN float layer_weight(IN(ShaderPoint) at, uint output_number, float blend, vec3 
   return 1.0f - pow(abs(dot(at.wo, n)), b);
 }
 
+const uint NORMAL_MAP_DIRECTX = 8u;  // of the mode: green points down
+
 // ---- Edges
 
 // 1 within `size` metres of an edge of the triangle, half of it on either side; of pixels where `mode` says so.
@@ -174,9 +176,10 @@ FN vec3 program_coordinates(IN(SceneData) scene, IN(ShaderPoint) here, uint op, 
   if (op == OP_OBJECT_POSITION) return object_space_point(LOAD(scene.object_spaces, at.instance), at.p);
   if (op == OP_CAMERA_POSITION) return camera_space(scene, at.p);
   if (op == OP_WINDOW) return window_coordinates(scene, at.p);
-  const vec4 a = point_attribute(scene, uint(int(argument)), at);
+  uint components;
+  const vec4 a = point_attribute(scene, uint(int(argument)), at, components);
   if (op == OP_ATTRIBUTE_ALPHA) return vec3(a.w);
-  if (op == OP_ATTRIBUTE_FAC) return vec3((a.x + a.y + a.z) * (1.0f / 3.0f));
+  if (op == OP_ATTRIBUTE_FAC) return vec3(components == 2u ? a.x : (a.x + a.y + a.z) * (1.0f / 3.0f));
   return vec3(a.x, a.y, a.z);
 }
 
@@ -195,7 +198,9 @@ FN vec3 program_context(IN(SceneData) scene, IN(ShaderPoint) at, uint op, uint m
   if (op == OP_GEOMETRY_TANGENT) return radial_tangent(scene, at, 2u, point_generated(scene, at));
   if (op == OP_UV_TANGENT) return uv_tangent(scene, at, uint(int(a.v[0])));
   if (op == OP_NORMAL_MAP) {
-    return normal_map(scene, at, mode & 7u, argument3(a, 0), a.v[3], uint(int(a.v[4])));
+    vec3 color = argument3(a, 0);
+    if ((mode & NORMAL_MAP_DIRECTX) != 0u) color.y = 1.0f - color.y;
+    return normal_map(scene, at, mode & 7u, color, a.v[3], uint(int(a.v[4])));
   }
   if (op == OP_CAMERA_Z) return vec3(camera_space(scene, at.p).z);
   if (op == OP_CAMERA_DISTANCE) return vec3(length(camera_space(scene, at.p)));
@@ -203,8 +208,7 @@ FN vec3 program_context(IN(SceneData) scene, IN(ShaderPoint) at, uint op, uint m
   if (op == OP_OBJECT_TRANSFORM) return object_transform(scene, at, mode, argument3(a, 0));
   if (op == OP_BUMP) {
     const float distance = a.v[4] * select((mode & 1u) != 0u, -1.0f, 1.0f);
-    return bump_normal(at, argument3(a, 5), a.v[0], a.v[1], a.v[2], a.v[3], distance,
-                       mode_share((mode >> 8) & 0xffffu));
+    return bump_normal(at, argument3(a, 5), a.v[0], a.v[1], a.v[2], a.v[3], distance);
   }
   if (op == OP_BEVEL) return argument3(a, 1);
   if (op == OP_FRESNEL) {

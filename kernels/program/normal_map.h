@@ -62,19 +62,19 @@ FN vec3 tangent_normal(IN(SceneData) scene, uint layer, IN(ShaderPoint) at, vec3
 
 // The normal that a Normal Map node makes of a colour, on the viewer's side.
 FN vec3 normal_map(IN(SceneData) scene, IN(ShaderPoint) at, uint space, vec3 color, float strength, uint layer) {
-  const vec3 c = color * 2.0f - vec3(1.0f);
+  vec3 c = color * 2.0f - vec3(1.0f);
+  if (space >= NORMAL_BLENDER_OBJECT) c = vec3(c.x, -c.y, -c.z);
   if (space == NORMAL_TANGENT) {
     return normalize_or(tangent_normal(scene, layer, at, c, max(strength, 0.0f)) * at.side, at.n);
   }
-  const vec3 mapped = space == NORMAL_OBJECT ? normal_to_world(point_frame(scene, at), c) : c;
+  const vec3 mapped = space == NORMAL_OBJECT || space == NORMAL_BLENDER_OBJECT ? normal_to_world(point_frame(scene, at), c) : c;
   const vec3 n = normalize_or(mapped * at.side, at.n);
   return normalize_or(mix(at.n, n, max(strength, 0.0f)), at.n);
 }
 
 // The normal that a height bends (Mikkelsen 2010, "Bump Mapping Unparametrized Surfaces on the GPU"): h at the point and
-// `width` of a footprint aside in two directions.
-FN vec3 bump_normal(IN(ShaderPoint) at, vec3 n, float h, float h_dx, float h_dy, float strength, float distance,
-                    float width) {
+// a footprint aside in two directions.
+FN vec3 bump_normal(IN(ShaderPoint) at, vec3 n, float h, float h_dx, float h_dy, float strength, float distance) {
   vec3 dx;
   vec3 dy;
   point_differentials(at, dx, dy);
@@ -82,7 +82,7 @@ FN vec3 bump_normal(IN(ShaderPoint) at, vec3 n, float h, float h_dx, float h_dy,
   const vec3 ry = cross(n, dx);
   const float det = dot(dx, rx);
   const vec3 gradient = rx * (h_dx - h) + ry * (h_dy - h);
-  const vec3 bent = normalize_or(n * (width * abs(det)) - gradient * (distance * sign(det)), n);
+  const vec3 bent = normalize_or(n * abs(det) - gradient * (distance * sign(det)), n);
   const float share = max(strength, 0.0f);
   return normalize_or(bent * share + n * (1.0f - share), n);
 }

@@ -121,23 +121,30 @@ FN vec3 object_space_vector(IN(ObjectSpace) o, vec3 p) {
               o.z.x * p.x + o.z.y * p.y + o.z.z * p.z);
 }
 
-// Layer `layer` of UV maps and attributes, counted together; w is the attribute's alpha.
-FN vec4 point_attribute(IN(SceneData) scene, uint layer, IN(ShaderPoint) at) {
+// Layer `layer` of UV maps and attributes, counted together; w is the attribute's alpha. `components` tells how many
+// numbers are its own.
+FN vec4 point_attribute(IN(SceneData) scene, uint layer, IN(ShaderPoint) at, OUT(uint) components) {
   const uint mesh_id = LOAD(scene.instances, at.instance).mesh;
   Mesh mesh = LOAD(scene.meshes, mesh_id);
   MeshTextures more = LOAD(scene.mesh_textures, mesh_id);
+  components = 2u;
   if (layer < scene.uv_layer_count) {
-    if (layer >= more.uv_layers) return vec4(0.0f, 0.0f, 0.0f, 0.0f);
+    if (layer >= more.uv_layers) return vec4(0.0f, 0.0f, 0.0f, 1.0f);
     const vec2 uv = mesh_uv(mesh, more, layer, LOAD(mesh.corners, at.triangle), at.u, at.v);
     return vec4(uv.x, uv.y, 0.0f, 1.0f);
   }
   const uint place = 2u * (layer - scene.uv_layer_count);
-  if (place >= more.attribute_words) return vec4(0.0f, 0.0f, 0.0f, 0.0f);
-  const uint domain = LOAD(more.attribute_table, place);
+  components = 3u;
+  if (place >= more.attribute_words) return vec4(0.0f, 0.0f, 0.0f, 1.0f);
+  const uint kind = LOAD(more.attribute_table, place);
   const uint first = LOAD(more.attribute_table, place + 1u);
-  if (domain == ATTRIBUTE_NONE) return vec4(0.0f, 0.0f, 0.0f, 0.0f);
+  const uint domain = kind & ATTRIBUTE_KIND_MASK;
+  if (domain == ATTRIBUTE_NONE) return vec4(0.0f, 0.0f, 0.0f, 1.0f);
+  if (domain == ATTRIBUTE_INSTANCE) return LOAD(scene.instance_attributes, first + at.instance);
+  components = kind >> ATTRIBUTE_COMPONENTS_SHIFT;
   if (domain == ATTRIBUTE_FACE) return LOAD(more.attributes, first + at.triangle);
-  const uvec3 id = domain == ATTRIBUTE_CORNER ? LOAD(mesh.corners, at.triangle) : LOAD(mesh.triangles, at.triangle);
+  uvec3 id = LOAD(mesh.triangles, at.triangle);
+  if (domain == ATTRIBUTE_CORNER) id = LOAD(mesh.corners, at.triangle);
   return LOAD(more.attributes, first + id.x) * (1.0f - at.u - at.v) + LOAD(more.attributes, first + id.y) * at.u +
          LOAD(more.attributes, first + id.z) * at.v;
 }
