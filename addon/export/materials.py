@@ -89,14 +89,19 @@ class MaterialTable:
 def slot_materials(
     obj: bpy.types.Object, data: bpy.types.ID, override: bpy.types.Material | None
 ) -> list[bpy.types.Material | None]:
-    """The materials of an object's slots: those of the data, save for slots that are linked to the object."""
+    """The materials of an object's slots: those of the data, save for slots that are linked to the object.
+
+    An evaluated object shows the data's material where such a slot is empty; its original tells that it is.
+    """
     if override is not None:
         return [override]
     materials = list(data.materials)
+    own = obj.original.material_slots
     for index, slot in enumerate(obj.material_slots):
         if slot.link == 'OBJECT':
+            empty = index < len(own) and own[index].link == 'OBJECT' and own[index].material is None
             materials.extend([None] * (index + 1 - len(materials)))
-            materials[index] = slot.material
+            materials[index] = None if empty else slot.material
     return materials or [None]
 
 
