@@ -16,14 +16,13 @@ from .buffers import F32, I32, U32, Attribute
 POINTINESS = '\x01pointiness'
 RANDOM_PER_ISLAND = '\x01random_per_island'
 ACTIVE_COLOR = '\x01active_color'
-GENERATED = '\x01generated'
 INSTANCER_UV = '\x01instancer_uv'
 INSTANCER_GENERATED = '\x01instancer_generated'
 OBJECT_PREFIX = '\x01object:'
 INSTANCER_PREFIX = '\x01instancer:'
 
 # Names by which the node Attribute finds what Cycles derives.
-STANDARD = {'pointiness': POINTINESS, 'random_per_island': RANDOM_PER_ISLAND, 'generated': GENERATED}
+STANDARD = {'pointiness': POINTINESS, 'random_per_island': RANDOM_PER_ISLAND}
 
 # Types of attributes: their property, its type and number of components.
 TYPES: dict[str, tuple[str, type, int]] = {
@@ -38,7 +37,7 @@ TYPES: dict[str, tuple[str, type, int]] = {
     'QUATERNION': ('value', np.float32, 4),
     'INT32_2D': ('value', np.int32, 2),
 }
-DOMAINS = ('POINT', 'CORNER', 'FACE')
+DOMAINS = ('POINT', 'EDGE', 'CORNER', 'FACE')
 
 Rgba = tuple[float, float, float, float]
 NOTHING: Rgba = (0.0, 0.0, 0.0, 0.0)
@@ -99,12 +98,10 @@ def view_layer_value(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer, na
 
 
 def instance_value(layer: str, obj: bpy.types.Object, parent: bpy.types.Object) -> Rgba:
-    """The value of a layer that has one for each instance."""
+    """The value of a layer that has one for each instance; what stands on its own is its own instancer."""
     if layer.startswith(OBJECT_PREFIX):
         return first_value((obj, obj.data), layer.removeprefix(OBJECT_PREFIX))
-    if parent == obj:
-        return NOTHING
-    return first_value((parent, parent.data), layer.removeprefix(INSTANCER_PREFIX))
+    return first_value((parent, obj, obj.data), layer.removeprefix(INSTANCER_PREFIX))
 
 
 # ---- Meshes.
@@ -127,9 +124,21 @@ def mesh_attribute(mesh: bpy.types.Mesh, layer: int, name: str) -> Attribute | N
     values = np.empty(len(found.data) * width, dtype)
     found.data.foreach_get(member, values)
     values = np.nan_to_num(values.astype(np.float32).reshape(-1, width), posinf=0.0, neginf=0.0)
-    if found.domain == 'FACE':
+    domain = found.domain
+    if domain == 'FACE':
         values = values.take(_faces(mesh), axis=0, mode='clip')
-    return Attribute(layer, found.domain, width, _widened(values))
+    elif domain == 'EDGE':
+        domain, values = 'POINT', _at_vertices(mesh, values)
+    return Attribute(layer, domain, width, _widened(values))
+
+
+def _at_vertices(mesh: bpy.types.Mesh, values: F32) -> F32:
+    """The mean of the edges at each vertex, as Cycles reads attributes of edges."""
+    ends = _edges(mesh).ravel()
+    count = np.maximum(np.bincount(ends, minlength=len(mesh.vertices)), 1)
+    both = np.repeat(values, 2, axis=0)
+    sums = [np.bincount(ends, column, len(mesh.vertices)) for column in both.T]
+    return (np.stack(sums, axis=1) / count[:, None]).astype(np.float32)
 
 
 def _faces(mesh: bpy.types.Mesh) -> I32:
@@ -224,8 +233,21 @@ def random_per_island(mesh: bpy.types.Mesh) -> F32:
     return unit_hash(np.array(roots, np.uint32))
 
 
+def object_random(name: str) -> int:
+    """The random number of an object that stands on its own, 0 to 2^32 - 1: a hash of its name, as in Cycles."""
+    total = 0
+    for byte in name.encode():
+        total = (total * 37 + byte) & 0xFFFFFFFF
+    return int(hashed(np.array([total], np.uint32), 0)[0])
+
+
 def unit_hash(values: U32, second: int | None = None) -> F32:
-    """Jenkins' hash (lookup3) of one or two numbers, as one from 0 to 1."""
+    """The hash of one or two numbers, as one from 0 to 1."""
+    return (hashed(values, second) / np.float64(0xFFFFFFFF)).astype(np.float32)
+
+
+def hashed(values: U32, second: int | None = None) -> U32:
+    """Jenkins' hash (lookup3) of one or two numbers."""
     words = 1 if second is None else 2
     start = np.uint32((0xDEADBEEF + (words << 2) + 13) & 0xFFFFFFFF)
     a, b, c = start + values, np.full_like(values, start), np.full_like(values, start)
@@ -242,4 +264,4 @@ def unit_hash(values: U32, second: int | None = None) -> F32:
     a = (a ^ c) - turned(c, 4)
     b = (b ^ a) - turned(a, 14)
     c = (c ^ b) - turned(b, 24)
-    return (c / np.float64(0xFFFFFFFF)).astype(np.float32)
+    return c

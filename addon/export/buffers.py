@@ -141,6 +141,8 @@ class Mesh:
                or of a layer beyond leaves the normal as it is. None where no material of the mesh has a normal map.
     generated: (V, 3) float32 generated coordinates (0 to 1 over the undeformed mesh's texture space), or None where no
                material of the mesh asks for them.
+    attributes: those that shaders of the mesh ask for, UV maps apart; of the others that it has none, all is 0 and
+               alpha 1.
     """
 
     name: str
@@ -154,6 +156,7 @@ class Mesh:
     colors: dict[str, F32] = field(default_factory=dict)
     tangents: F32 | None = None
     generated: F32 | None = None
+    attributes: tuple[Attribute, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -164,6 +167,36 @@ class InstanceSpaces:
     """
 
     world_to_object: F32
+
+
+@dataclass(frozen=True, slots=True)
+class InstanceInfo:
+    """What the node Object Info shows beside location and pass index: only there if a shader asks for it.
+
+    color:  (I, 4) float32 of the object, alpha last.
+    random: (I,) float32 0 to 1, as Cycles hashes it.
+    """
+
+    color: F32
+    random: F32
+
+
+@dataclass(frozen=True, slots=True)
+class InstanceParticles:
+    """The particles that made the instances: only there if a shader asks for them; 0 where no particle did.
+
+    index, age, lifetime, size: (I,) float32; ages are frames. random: (I,) float32 0 to 1, as Cycles hashes it.
+    location, velocity, angular_velocity: (I, 3) float32, world space.
+    """
+
+    index: F32
+    random: F32
+    age: F32
+    lifetime: F32
+    size: F32
+    location: F32
+    velocity: F32
+    angular_velocity: F32
 
 
 @dataclass(frozen=True, slots=True)
@@ -179,6 +212,7 @@ class Instances:
     light_group:   (I,) int32 index into `SceneBuffers.light_groups`, -1 for none.
     terminator:    (I,) float32 Cycles' shadow terminator geometry offset, 0 to 1 (0 = off).
     names:         object names by instance, for messages; may be shorter than I (objects of one parent share the last).
+    attributes:    (A, I, 4) float32, one for each of `SceneBuffers.instance_layers`; None where there are none.
     """
 
     mesh: U32
@@ -191,6 +225,9 @@ class Instances:
     terminator: F32
     names: tuple[str, ...] = ()
     spaces: InstanceSpaces | None = None
+    info: InstanceInfo | None = None
+    particles: InstanceParticles | None = None
+    attributes: F32 | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -269,6 +306,7 @@ class Materials:
     emission_sides: 1 = the front of a face emits, 2 = its back, 3 = both; None = both everywhere.
     transmission: share of the light that is clear glass's; only WHITTED reads it. None = 0 everywhere.
     models: None where all are Principled and the integrator needs none of their parameters.
+    shader: index into `SceneBuffers.shaders`, -1 for the default grey; None where no shaders are read.
     """
 
     base_color: F32  # (M, 3)
@@ -287,6 +325,7 @@ class Materials:
     textures: MaterialTextures | None = None
     models: MaterialModels | None = None
     transmission: F32 | None = None  # (M,)
+    shader: I32 | None = None  # (M,)
 
 
 @dataclass(frozen=True, slots=True)
@@ -320,15 +359,21 @@ class Lights:
     inner_angle: F32 | None = None  # (L,) radians from the axis, at most outer_angle
     outer_angle: F32 | None = None  # (L,) radians from the axis
     pass_index: I32 | None = None  # (L,) N of the pass 'light:N' that shows the lamp alone, -1 for none
+    shader: I32 | None = None  # (L,) index into SceneBuffers.shaders, whose emission `energy` is multiplied by
+    energy: F32 | None = None  # (L, 3) `strength` without the node tree; there where `shader` is
 
 
 @dataclass(frozen=True, slots=True)
 class World:
-    """The background: one colour (already × strength), and which rays see it."""
+    """The background: one colour (already × strength), and which rays see it.
+
+    shader: index into `SceneBuffers.shaders`, which says more than the colour; -1 for none.
+    """
 
     color: tuple[float, float, float] = (0.0, 0.0, 0.0)
     visibility: int = 63
     light_group: int = -1
+    shader: int = -1
 
 
 @dataclass(frozen=True, slots=True)
@@ -340,6 +385,11 @@ class SceneBuffers:
     images:         those that material slots read.
     uv_layers:      names of the UV maps in use, '' = each mesh's active render one, which comes first.
     tangent_layers: the UV maps (indices into uv_layers) that normal maps take their tangents from.
+    shaders:        each equal one once.
+    attribute_layers: what the ops `attribute*` look up: first `uv_layers`, then `Mesh.attributes`, then
+                    `Instances.attributes`. A UV map is (u, v, 0) and u as a number. Names that begin with a control
+                    character are made up by export/attributes.py.
+    instance_layers: indices into attribute_layers of those with one value for each instance.
     """
 
     meshes: tuple[Mesh, ...]
@@ -352,6 +402,9 @@ class SceneBuffers:
     images: tuple[Image, ...] = ()
     uv_layers: tuple[str, ...] = ('',)
     tangent_layers: tuple[int, ...] = ()
+    shaders: tuple[Shader, ...] = ()
+    attribute_layers: tuple[str, ...] = ('',)
+    instance_layers: tuple[int, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

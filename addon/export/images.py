@@ -11,7 +11,7 @@ import os
 import re
 import tempfile
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 
@@ -87,14 +87,19 @@ class ImageTable:
         try:
             key, read = self._source(image, frame)
             key = (*key, coding)
+            if read is _read_blender and image.is_float:
+                coding = replace(coding, space='scene_linear')  # as Blender holds all floats, whatever their file says
             if key not in self._by_content:
-                self._by_content[key] = self._add(image, read(), coding)
+                self._by_content[key] = self._add(image, read(image), coding)
         except ImageError as error:
             return f'image "{image.name}" {error}'
         return self._by_content[key]
 
-    def _source(self, image: bpy.types.Image, frame: int) -> tuple[tuple, Callable[[], NDArray]]:
-        """What tells contents apart, and the function that reads the pixels."""
+    def _source(self, image: bpy.types.Image, frame: int) -> tuple[tuple, Callable[[bpy.types.Image], NDArray]]:
+        """What tells contents apart, and the function that reads the pixels.
+
+        Blender's own copy counts where it was painted on or made in Blender, and where it is packed and no bytes.
+        """
 
         def damaged(text: str) -> None:
             self.log.warning(f'Image "{image.name}" is damaged ({text}): what could be read of it is shown')
@@ -103,17 +108,20 @@ class ImageTable:
             self.log.warning(f'Image "{image.name}": movies are not supported yet: one frame is shown')
         elif image.source == 'TILED':
             self.log.warning(f'Image "{image.name}": UDIM tiles are not supported yet: the first is shown')
+        if is_blenders(image):
+            return ('blender', image), _read_blender
         packed = image.packed_file if image.source != 'SEQUENCE' else None
         if packed is not None and packed.size > 0:
             data = packed.data
-            return ('packed', hashlib.sha256(data).digest()), lambda: _read_packed(data, image.filepath, damaged)
-        if image.source in ('FILE', 'SEQUENCE', 'TILED'):
-            path = image_path(image, frame)
-            if not os.path.isfile(path):
-                shown = image.filepath if image.source == 'FILE' else path
-                raise ImageError(f'has no file at "{shown}"')
-            return ('file', path), lambda: _read_file(path, damaged)
-        return ('blender', image), lambda: _read_blender(image)
+            key = ('packed', hashlib.sha256(data).digest())
+            if image.size[0] > 0 and image.is_float:  # asking for the size makes Blender load it
+                return key, _read_blender
+            return key, lambda image: _read_packed(data, image.filepath, damaged)
+        path = image_path(image, frame)
+        if not os.path.isfile(path):
+            shown = image.filepath if image.source == 'FILE' else path
+            raise ImageError(f'has no file at "{shown}"')
+        return ('file', path), lambda _image: _read_file(path, damaged)
 
     def _add(self, image: bpy.types.Image, pixels: NDArray, coding: Coding) -> Loaded:
         has_alpha = pixels.shape[2] in (2, 4)
@@ -122,8 +130,10 @@ class ImageTable:
         srgb = coding.space == 'sRGB' and self.working_space == REC709
         known = coding.data or srgb or coding.space in (self.working_space, 'scene_linear')
         associated = has_alpha and coding.associates
-        # Blender's own float buffers, and files that say so, are multiplied already.
-        multiplied = associated and (coding.alpha_mode == 'PREMUL' or (image.source == 'GENERATED' and image.is_float))
+        multiplied = associated and coding.alpha_mode == 'PREMUL'
+        if pixels.dtype.kind == 'f' and not np.isfinite(pixels).all():
+            self.log.warning(f'Image "{image.name}": some of its pixels are no finite numbers: 0 is used')
+            pixels = np.nan_to_num(pixels, nan=0.0, posinf=0.0, neginf=0.0)
         if not known:
             pixels, multiplied = self._convert(image, pixels, coding, multiplied)
         if associated and not multiplied:
@@ -159,9 +169,16 @@ def sequence_frame(user: bpy.types.ImageUser, frame: int) -> int:
     return min(max(at, 0), count) + user.frame_offset
 
 
+def is_blenders(image: bpy.types.Image) -> bool:
+    """Whether Blender's copy is the image: it was made or changed in Blender, and no file shows it."""
+    return image.source in ('GENERATED', 'MOVIE') or (image.source != 'SEQUENCE' and image.is_dirty)
+
+
 def image_path(image: bpy.types.Image, frame: int = 0) -> str:
     """The absolute path of the file that an image shows."""
     path = bpy.path.abspath(image.filepath, library=image.library)
+    if os.sep == '/' and not os.path.exists(path):
+        path = path.replace('\\', '/')  # from Windows
     if image.source == 'TILED':
         return path.replace('<UDIM>', str(image.tiles[0].number if len(image.tiles) else 1001))
     if image.source != 'SEQUENCE':

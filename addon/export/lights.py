@@ -6,6 +6,7 @@ Radiance is derived in the native module. Emissive meshes are materials, the wor
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import bpy
@@ -18,6 +19,7 @@ from .beams import Beam, beam_arrays, read_beam
 from .buffers import F32, I32, LIGHT_POINT, LIGHT_SPOT, LIGHT_SUN, Lights
 from .closures import Color
 from .nodes import Trees, node_inputs, output_node
+from .shaders import ShaderTable
 from .surface import Reader, read_closure
 
 TYPES = {'POINT': LIGHT_POINT, 'SUN': LIGHT_SUN, 'SPOT': LIGHT_SPOT}
@@ -42,18 +44,33 @@ class Lamp:
     visibility: int
     light_group: int
     beam: Beam
+    shader: int
+    energy: Color
 
 
-def read_lamp(obj: bpy.types.Object, visibility: int, light_group: int, trees: Trees, log: Log) -> Lamp | None:
+def read_lamp(
+    obj: bpy.types.Object,
+    visibility: int,
+    light_group: int,
+    trees: Trees,
+    log: Log,
+    shaders: ShaderTable | None = None,
+) -> Lamp | None:
     """The lamp of a light object, or None where it gives no light or is of a kind that is not supported yet."""
     light = obj.data
     if light.type not in TYPES:
         log.warning(f'Light "{obj.name}": {light.type.lower()} lights are not supported yet: left out')
         return None
-    strength = _strength(light, obj.name, trees, log)
-    if not any(strength) or not visibility:
+
+    def warn(text: str) -> None:
+        log.warning(f'Light "{obj.name}": {text}')
+
+    energy = _energy(light)
+    strength = _strength(light, energy, trees, warn if shaders is None else lambda text: None)
+    given = strength if shaders is None else energy
+    if not any(given) or not visibility:
         return None
-    if not np.isfinite(strength).all():
+    if not np.isfinite(given).all():
         log.warning(f'Light "{obj.name}": its strength is not a finite number: left out')
         return None
     beam = read_beam(light, obj.name, log)
@@ -76,6 +93,8 @@ def read_lamp(obj: bpy.types.Object, visibility: int, light_group: int, trees: T
         visibility=visibility,
         light_group=light_group,
         beam=beam,
+        shader=-1 if shaders is None else shaders.index(light, warn),
+        energy=energy,
     )
 
 
@@ -85,6 +104,7 @@ def light_arrays(lamps: list[Lamp], transforms: F32, lamp_of: I32, view_layer: b
     for index in np.unique(lamp_of[~usable]):
         log.warning(f'Light "{lamps[index].name}": its transform is not invertible or not finite: left out')
     lamp_of = lamp_of[usable]
+    has_shaders = any(lamp.shader >= 0 for lamp in lamps)
 
     def column(name: str, dtype: type, *shape: int) -> np.ndarray:
         values = np.array([getattr(lamp, name) for lamp in lamps], dtype).reshape(len(lamps), *shape)
@@ -106,6 +126,8 @@ def light_arrays(lamps: list[Lamp], transforms: F32, lamp_of: I32, view_layer: b
         light_group=column('light_group', np.int32),
         names=tuple(lamps[index].name for index in lamp_of),
         pass_index=_pass_indices([lamps[index].name for index in lamp_of], view_layer),
+        shader=column('shader', np.int32) if has_shaders else None,
+        energy=column('energy', np.float32, 3) if has_shaders else None,
         **beam_arrays([lamps[index].beam for index in lamp_of]),
     )
 
@@ -118,23 +140,25 @@ def _pass_indices(names: list[str], view_layer: bpy.types.ViewLayer) -> I32 | No
     return np.array([numbers.get(pass_of.get(name, ''), -1) for name in names], np.int32)
 
 
-def _strength(light: bpy.types.Light, name: str, trees: Trees, log: Log) -> Color:
-    """Colour × temperature colour × energy × 2^exposure × the light's node tree."""
-
-    def warn(text: str) -> None:
-        log.warning(f'Light "{name}": {text}')
-
+def _energy(light: bpy.types.Light) -> Color:
+    """Colour × temperature colour × energy × 2^exposure."""
     color = np.array(light.color, np.float64) * light.energy * 2.0**light.exposure
     if light.use_temperature:
         color *= light.temperature_color
-    tree = compat.node_tree(light)
-    if tree is not None:
-        reader = Reader(trees, warn)
-        output = output_node(tree)
-        inputs = node_inputs(output) if output is not None else {}
-        color *= read_closure(reader, inputs.get('Surface')).emission
-        reader.report()
     return tuple(float(part) for part in color)
+
+
+def _strength(light: bpy.types.Light, energy: Color, trees: Trees, warn: Callable[[str], None]) -> Color:
+    """The energy × the light's node tree."""
+    tree = compat.node_tree(light)
+    if tree is None:
+        return energy
+    reader = Reader(trees, warn)
+    output = output_node(tree)
+    inputs = node_inputs(output) if output is not None else {}
+    emission = read_closure(reader, inputs.get('Surface')).emission
+    reader.report()
+    return tuple(float(a * b) for a, b in zip(energy, emission, strict=True))
 
 
 def _usable(transforms: F32) -> np.ndarray:

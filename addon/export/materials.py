@@ -20,6 +20,7 @@ from .images import ImageTable
 from .layers import Layers
 from .models import model_arrays
 from .nodes import Trees, node_inputs, output_node
+from .shaders import ShaderTable
 from .surface import Reader, read_closure, warn_missing_images
 from .textures import BLACK, Color, NormalMap, Texture, constant, slot_array
 
@@ -56,6 +57,8 @@ class MaterialTable:
     trees: Trees
     images: ImageTable
     refracts: bool = False  # whether glass is rendered
+    shader_table: ShaderTable | None = None
+    shaders: list[int] = field(default_factory=lambda: [-1])  # of the rows
     rows: list[Row] = field(default_factory=lambda: [Row(DEFAULT_NAME)])
     slots: list[int] = field(default_factory=list)
     owners: list[bpy.types.Material | None] = field(default_factory=lambda: [None])
@@ -70,6 +73,7 @@ class MaterialTable:
         if index is None:
             index = self._index[material] = len(self.rows)
             self.rows.append(_read(material, self))
+            self.shaders.append(_shader(material, self))
             self.owners.append(material)
         return index
 
@@ -85,14 +89,19 @@ class MaterialTable:
 def slot_materials(
     obj: bpy.types.Object, data: bpy.types.ID, override: bpy.types.Material | None
 ) -> list[bpy.types.Material | None]:
-    """The materials of an object's slots: those of the data, save for slots that are linked to the object."""
+    """The materials of an object's slots: those of the data, save for slots that are linked to the object.
+
+    An evaluated object shows the data's material where such a slot is empty; its original tells that it is.
+    """
     if override is not None:
         return [override]
     materials = list(data.materials)
+    own = obj.original.material_slots
     for index, slot in enumerate(obj.material_slots):
         if slot.link == 'OBJECT':
+            empty = index < len(own) and own[index].link == 'OBJECT' and own[index].material is None
             materials.extend([None] * (index + 1 - len(materials)))
-            materials[index] = slot.material
+            materials[index] = None if empty else slot.material
     return materials or [None]
 
 
@@ -126,6 +135,7 @@ def material_arrays(table: MaterialTable, layers: Layers, scene: bpy.types.Scene
         names=tuple(row.name for row in rows),
         models=model_arrays(table.owners, scene, table.log),
         textures=texture_arrays(rows, layers),
+        shader=np.array(table.shaders, np.int32) if table.shader_table is not None else None,
     )
     return materials, np.array(table.slots, np.uint32)
 
@@ -157,9 +167,19 @@ def _typical(value: Color | float | Texture, name: str) -> Color | float:
     return typical if name in COLORS else typical[0]
 
 
-def _read(material: bpy.types.Material, table: MaterialTable) -> Row:
+def _shader(material: bpy.types.Material, table: MaterialTable) -> int:
+    """The number of its shader, -1 where none are read."""
+
     def warn(text: str) -> None:
         table.log.warning(f'Material "{material.name}": {text}')
+
+    return -1 if table.shader_table is None else table.shader_table.index(material, warn)
+
+
+def _read(material: bpy.types.Material, table: MaterialTable) -> Row:
+    def warn(text: str) -> None:
+        if table.shader_table is None:  # else what its shader cannot be is told
+            table.log.warning(f'Material "{material.name}": {text}')
 
     tree = compat.node_tree(material)
     if tree is None:

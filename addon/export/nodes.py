@@ -12,7 +12,7 @@ from dataclasses import dataclass, field, replace
 
 import bpy
 
-from .sockets import ZEROS, Value, converted, own_value
+from .sockets import VALUES, ZEROS, Value, converted, own_value
 
 # Nodes that Blender computes where all their inputs are constants (measured with 5.2.3): only such values are
 # converted to the types of the sockets that they pass; what an engine has to compute skips those.
@@ -272,23 +272,29 @@ def _passed_on(output: bpy.types.NodeSocket) -> bpy.types.NodeSocket | None:
 def _tree_links(
     tree: bpy.types.NodeTree,
 ) -> tuple[dict[bpy.types.NodeSocket, bpy.types.NodeSocket], list[str]]:
-    """The links in use by the input where they end, without those that close a loop; and a text for each of these."""
+    """The links in use by the input where they end, without those that close a loop; and a text for each of these.
+
+    In a tree with a loop Blender calls links invalid that are none of its links; in others, those are that lead nowhere.
+    """
     found: dict[bpy.types.NodeSocket, bpy.types.NodeSocket] = {}
+    invalid: list[bpy.types.NodeSocket] = []
     below: dict[bpy.types.Node, dict[bpy.types.Node, None]] = {}
-    cut: dict[tuple[bpy.types.Node, bpy.types.Node], None] = {}
     for link in tree.links:
-        if link.is_muted or not (link.from_socket.enabled and link.to_socket.enabled):
+        start, end = link.from_socket, link.to_socket
+        if link.is_muted or not (start.enabled and end.enabled):
             continue
-        start, end = link.from_node, link.to_node
-        if link.is_valid:
-            found[link.to_socket] = link.from_socket
-            below.setdefault(end, {})[start] = None
-        elif link.from_socket.type != 'SHADER' or link.to_socket.type == 'SHADER':
-            cut[start, end] = None  # Blender itself calls links invalid that close a loop of several nodes
-    for pair in _loops(below):
-        cut[pair] = None
+        if not link.is_valid:
+            if start.type != end.type and not (start.type in VALUES and end.type in ZEROS):
+                continue
+            invalid.append(end)
+        found[end] = start
+        below.setdefault(link.to_node, {})[link.from_node] = None
+    cut = list(_loops(below))
     if cut:
-        found = {target: output for target, output in found.items() if (output.node, target.node) not in cut}
+        found = {end: start for end, start in found.items() if (start.node, end.node) not in cut}
+    else:
+        for end in invalid:
+            del found[end]
     return found, [_loop_text(tree, *pair) for pair in cut]
 
 

@@ -76,6 +76,8 @@ ZEROS: dict[str, Value] = {
     'VECTOR': BLACK,
 }
 
+VALUES = frozenset(NUMBERS) - {'SHADER'}
+
 
 def _whole(number: float) -> int:
     """Towards 0, within what Blender's integers hold."""

@@ -14,7 +14,7 @@ from dataclasses import dataclass, field, replace
 import bpy
 
 from .closures import Bsdf, Closure, add, diffuse, mask, scale
-from .images import ImageTable, image_path
+from .images import ImageTable, image_path, is_blenders
 from .nodes import Constant, Input, Source, Trees, source
 from .readings import UnreadError
 from .sockets import as_color, as_float, own_value
@@ -161,7 +161,7 @@ def image_problem(image: bpy.types.Image | None) -> str | None:
     """Why an image cannot be read, or None. Its file is looked for, not opened."""
     if image is None:
         return 'no image is chosen'
-    if image.source != 'FILE' or image.packed_file is not None:
+    if image.source != 'FILE' or image.packed_file is not None or is_blenders(image):
         return None
     return None if os.path.isfile(image_path(image)) else f'image "{image.name}" has no file at "{image.filepath}"'
 

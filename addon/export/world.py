@@ -6,6 +6,8 @@ Environment textures and skies are not read yet; they are reported, and the sock
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import bpy
 import numpy as np
 
@@ -22,6 +24,7 @@ from .buffers import (
 )
 from .closures import BLACK, Color
 from .nodes import Trees, node_inputs, output_node
+from .shaders import ShaderTable
 from .surface import Reader, read_closure, warn_missing_images
 
 VISIBILITY = {
@@ -34,7 +37,12 @@ VISIBILITY = {
 
 
 def read_world(
-    scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer, groups: dict[str, int], trees: Trees, log: Log
+    scene: bpy.types.Scene,
+    view_layer: bpy.types.ViewLayer,
+    groups: dict[str, int],
+    trees: Trees,
+    log: Log,
+    shaders: ShaderTable | None = None,
 ) -> World:
     """The world of a view layer; black where there is none or the layer leaves it out ('Environment' in its filter)."""
     world = getattr(view_layer, 'world_override', None) or scene.world  # 5.x can override it
@@ -42,12 +50,19 @@ def read_world(
         return World()
     flags = getattr(world, 'cycles_visibility', None)  # absent where the Cycles add-on is disabled
     visibility = VISIBLE_SHADOW | sum(bit for name, bit in VISIBILITY.items() if getattr(flags, name, True))
-    return World(_color(world, trees, log), visibility, groups.get(world.lightgroup, -1))
+    group = groups.get(world.lightgroup, -1)
 
-
-def _color(world: bpy.types.World, trees: Trees, log: Log) -> Color:
     def warn(text: str) -> None:
         log.warning(f'World "{world.name}": {text}')
+
+    if shaders is None:
+        return World(_color(world, trees, warn), visibility, group)
+    # What its shader cannot be is told once.
+    color = _color(world, trees, lambda text: None)
+    return World(color, visibility, group, shaders.index(world, warn))
+
+
+def _color(world: bpy.types.World, trees: Trees, warn: Callable[[str], None]) -> Color:
 
     tree = compat.node_tree(world)
     if tree is None:

@@ -121,5 +121,3 @@ def displaced_normal(reader: Reader, socket: bpy.types.NodeSocket) -> Ref | None
     builder.label = label
     reader.forget()
     return bent
-
-

@@ -7,7 +7,7 @@ What a closure looks like is in the kernels.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import bpy
 
@@ -36,8 +36,7 @@ def closure(*types: str) -> Callable[[Closure], Closure]:
 # ---- The sum.
 
 
-@dataclass(frozen=True, slots=True)
-class Part:
+class Part(NamedTuple):
     """What an input for shaders shows: a shader, or a value, which is emitted. The same one twice is equal."""
 
     socket: bpy.types.NodeSocket
@@ -176,7 +175,7 @@ def _translucent(node: Node, weight: Ref) -> None:
 @closure('ShaderNodeBsdfAnisotropic')
 def _glossy(node: Node, weight: Ref) -> None:
     numbers = map(node.f, ('Roughness', 'Anisotropy', 'Rotation'))
-    args = (node.v('Color'), *numbers, node.normal(), _tangent(node))
+    args = (node.v('Color'), *numbers, node.normal(), _tangent(node, 'Anisotropy'))
     node.builder.closure('glossy', weight, *args, mode=_distribution(node))
 
 
@@ -187,7 +186,7 @@ def _metallic(node: Node, weight: Ref) -> None:
     colors = [zero if is_physical else node.v(name) for name in ('Base Color', 'Edge Tint')]
     optics = [node.v(name) if is_physical else zero for name in ('IOR', 'Extinction')]
     numbers = map(node.f, ('Roughness', 'Anisotropy', 'Rotation'))
-    args = (*colors, *optics, *numbers, node.normal(), _tangent(node), *_film(node))
+    args = (*colors, *optics, *numbers, node.normal(), _tangent(node, 'Anisotropy'), *_film(node))
     mode = _distribution(node) | (PHYSICAL_CONDUCTOR if is_physical else 0)
     node.builder.closure('metallic', weight, *args, mode=mode)
 
@@ -241,7 +240,7 @@ def _principled(node: Node, weight: Ref) -> None:
         node.v('Specular Tint'),
         node.f('Anisotropic'),
         node.f('Anisotropic Rotation'),
-        _tangent(node),
+        _tangent(node, 'Anisotropic'),
         node.f('Transmission Weight'),
         node.f('Coat Weight'),
         node.f('Coat Roughness'),
@@ -263,7 +262,11 @@ def _distribution(node: Node) -> int:
     return DISTRIBUTIONS.index(node.node.distribution)
 
 
-def _tangent(node: Node) -> Ref:
+def _tangent(node: Node, anisotropy: str) -> Ref:
+    """The tangent, which nothing reads where there is no anisotropy."""
+    known = node.builder.constant_of(node.f(anisotropy))
+    if known is not None and known[0] == 0.0:
+        return node.constant(0.0)
     tangent = node.linked('Tangent')
     return node.emit('geometry_tangent') if tangent is None else tangent
 

@@ -7,19 +7,17 @@ Blender 5 resolves groups, zones, menus and whatever else only hands on; elsewhe
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 import bpy
 
 from .. import compat
 from ..export.nodes import Constant, Context, Input, Source, Trees, output_node, source
-from ..export.sockets import Value
 
 Contexts = tuple[Context, ...]
 
 
-@dataclass(frozen=True, slots=True)
-class Fed:
+class Fed(NamedTuple):
     """An output that has to be evaluated.
 
     contexts: the way into its tree.
@@ -94,6 +92,3 @@ def feeds_of(owner: bpy.types.ID, tree: bpy.types.NodeTree, trees: Trees) -> Fee
         if output is not None:
             return InlinedFeeds(inlined, inlined.node_tree, output)
     return DrawnFeeds(trees, tree, output_node(tree))
-
-
-__all__ = ['Constant', 'Contexts', 'DrawnFeeds', 'Fed', 'Feeds', 'InlinedFeeds', 'Value', 'feeds_of']

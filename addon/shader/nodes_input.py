@@ -204,6 +204,7 @@ def _layer_weight(node: Node, output: str) -> Ref:
 
 @value('ShaderNodeAmbientOcclusion')
 def _occlusion(node: Node, output: str) -> Ref:
+    node.warn('ambient occlusion in shaders is not supported yet: nothing is occluded')
     mode = node.node.inside | node.node.only_local << 1
     color = node.v('Color')
     ao = node.emit('ao', color, node.f('Distance'), node.normal(), mode=mode)
@@ -212,6 +213,7 @@ def _occlusion(node: Node, output: str) -> Ref:
 
 @value('ShaderNodeBevel')
 def _bevel(node: Node, output: str) -> Ref:
+    node.warn('bevels are not supported yet: edges stay sharp')
     return node.emit('bevel', node.f('Radius'), node.normal())
 
 
@@ -251,10 +253,19 @@ def _attribute(node: Node, output: str) -> Ref:
         case _:
             if not name:
                 return node.constant(0.0)
+            if name == 'generated':
+                return _generated_attribute(node, output)
             layer = STANDARD.get(name, name)
     if output == 'Alpha':
         return layer_f(node, layer, 'attribute_alpha')
     return layer_f(node, layer) if output == 'Fac' else layer_v(node, layer)
+
+
+def _generated_attribute(node: Node, output: str) -> Ref:
+    if output == 'Alpha':
+        return node.constant(1.0)
+    found = generated(node)
+    return node.reader.average(found) if output == 'Fac' else found
 
 
 @value('ShaderNodeVertexColor')

@@ -55,25 +55,34 @@ def coordinates(node: Node, default: str = 'generated') -> Ref:
 
 def _mapped(node: Node, vector: Ref) -> Ref:
     """The node's own mapping, which is older than the node Mapping and hidden in scripts and old files."""
-    own = node.node.texture_mapping
-    location, rotation, scale = tuple(own.translation), tuple(own.rotation), tuple(own.scale)
-    axes = (own.mapping_x, own.mapping_y, own.mapping_z)
-    if location == (0.0, 0.0, 0.0) == rotation and scale == (1.0, 1.0, 1.0) and axes == ('X', 'Y', 'Z'):
-        return vector
-    matrix = mapping_matrix(own.vector_type, location, rotation, scale, axes)
-    if not np.isfinite(matrix).all():
-        node.warn('its own texture mapping is not finite: left out')
+    mappings = node.reader.mappings
+    if node.node not in mappings:
+        mappings[node.node] = _own_mapping(node)
+    matrix = mappings[node.node]
+    if matrix is None:
         return vector
     vector = affine(node, vector, matrix)
-    if own.vector_type != 'NORMAL':
+    if node.node.texture_mapping.vector_type != 'NORMAL':
         return vector
     zero = node.constant(0.0)
     return node.emit('vector_math_v', vector, zero, zero, zero, mode=VECTOR_NORMALIZE)
 
 
-def mapping_matrix(
-    kind: str, location: tuple, rotation: tuple, scale: tuple, axes: tuple[str, str, str]
-) -> np.ndarray:
+def _own_mapping(node: Node) -> np.ndarray | None:
+    """The matrix of the node's own mapping, None where it changes nothing."""
+    own = node.node.texture_mapping
+    location, rotation, scale = tuple(own.translation), tuple(own.rotation), tuple(own.scale)
+    axes = (own.mapping_x, own.mapping_y, own.mapping_z)
+    if location == (0.0, 0.0, 0.0) == rotation and scale == (1.0, 1.0, 1.0) and axes == ('X', 'Y', 'Z'):
+        return None
+    matrix = mapping_matrix(own.vector_type, location, rotation, scale, axes)
+    if not np.isfinite(matrix).all():
+        node.warn('its own texture mapping is not finite: left out')
+        return None
+    return matrix
+
+
+def mapping_matrix(kind: str, location: tuple, rotation: tuple, scale: tuple, axes: tuple[str, str, str]) -> np.ndarray:
     """The (3, 4) matrix of a texture mapping, as Cycles makes it: choice of axes, scale, rotation, translation."""
     choice = np.zeros((4, 4))
     choice[3, 3] = 1.0

@@ -45,6 +45,8 @@ class Scene:
     view_layer: Callable[[str], tuple[float, float, float, float]]
 
 
+UNKNOWN = object()  # of an output that was not read yet
+
 Evaluate = Callable[['Node', str], Ref]
 VALUES: dict[str, Evaluate] = {}
 
@@ -77,6 +79,7 @@ class Reader:
     _memo: dict[tuple, Ref | None] = field(default_factory=dict)
     _active: set[tuple] = field(default_factory=set)
     _nodes: dict[tuple, Node] = field(default_factory=dict)
+    mappings: dict[bpy.types.Node, object] = field(default_factory=dict)  # of textures themselves, once a node
     _depth: int = 0
 
     def node(self, node: bpy.types.Node, contexts: Contexts, shift: Shift = HERE) -> Node:
@@ -88,24 +91,32 @@ class Reader:
 
     def value(self, socket: bpy.types.NodeSocket, contexts: Contexts, shift: Shift, vector: bool) -> Ref:
         """The value of an input, as three numbers if `vector`, else as one."""
-        ref = self.arriving(socket, contexts, shift, vector)
-        if ref is None:
-            return self.typed(getattr(socket, 'default_value', 0.0), socket.type, vector, socket)
-        return ref
+        fed = self.feeds.feeding(socket, contexts)
+        ref = None if fed is None else self._arriving(fed, socket, shift, vector)
+        if ref is not None:
+            return ref
+        own = getattr(socket, 'default_value', 0.0)
+        if type(own) is float and own - own == 0.0:  # the most frequent kind: a finite number
+            return self.builder.constant(own)
+        return self.typed(own, socket.type, vector, socket)
 
     def arriving(self, socket: bpy.types.NodeSocket, contexts: Contexts, shift: Shift, vector: bool) -> Ref | None:
         """As `value`; None where an input's own value counts."""
-        kind = socket.type
         fed = self.feeds.feeding(socket, contexts)
-        if isinstance(fed, Fed):
-            ref = self.output(fed, shift)
-            if ref is not None:
-                for at, into in zip(fed.types, (*fed.types[1:], kind), strict=True):
-                    ref = self.converted(ref, at, into)
-                return self.converted(ref, kind, 'VECTOR' if vector else 'VALUE')
-        elif fed is not None:
+        return None if fed is None else self._arriving(fed, socket, shift, vector)
+
+    def _arriving(self, fed: Fed | Constant, socket: bpy.types.NodeSocket, shift: Shift, vector: bool) -> Ref | None:
+        kind = socket.type
+        if isinstance(fed, Constant):
             return self.typed(fed.value, kind, vector, socket)
-        return None
+        ref = self.output(fed, shift)
+        if ref is None:
+            return None
+        at = fed.types[0]
+        for into in (*fed.types[1:], kind, 'VECTOR' if vector else 'VALUE'):
+            if into != at:
+                ref, at = self.converted(ref, at, into), into
+        return ref
 
     def typed(self, own: object, kind: str, vector: bool, socket: bpy.types.NodeSocket) -> Ref:
         """A value that was typed in, of a socket of type `kind`."""
@@ -120,8 +131,9 @@ class Reader:
     def output(self, fed: Fed, shift: Shift) -> Ref | None:
         """The value of an output; None where the node cannot be read, which is named."""
         key = (fed.socket, fed.contexts, shift)
-        if key in self._memo:
-            return self._memo[key]
+        known = self._memo.get(key, UNKNOWN)
+        if known is not UNKNOWN:
+            return known
         if key in self._active:
             self.warn(f'node "{self.feeds.name(fed.node)}" is part of a loop: its link is left out')
             return None
@@ -137,18 +149,18 @@ class Reader:
         self._memo.clear()
 
     def _evaluate(self, fed: Fed, shift: Shift, key: tuple) -> Ref | None:
-        label, self.builder.label = self.builder.label, self.feeds.name(fed.node)
+        node = self.node(fed.node, fed.contexts, shift)
+        label, self.builder.label = self.builder.label, node.label
         self._active.add(key)
         self._depth += 1
-        kind = fed.node.bl_idname
         try:
-            evaluate = VALUES.get(kind)
+            evaluate = VALUES.get(node.kind)
             if evaluate is None:
-                raise UnreadError(NOT_READ.get(kind, 'this node is not supported yet'))
-            ref = evaluate(self.node(fed.node, fed.contexts, shift), fed.socket.identifier)
+                raise UnreadError(NOT_READ.get(node.kind, 'this node is not supported yet'))
+            ref = evaluate(node, fed.socket.identifier)
         except UnreadError as unread:
             if str(unread):
-                self.warn(f'node "{self.builder.label}": {unread}')
+                node.warn(str(unread))
             ref = None
         finally:
             self._depth -= 1
@@ -214,7 +226,7 @@ class Reader:
 class Node:
     """A node as its function sees it: its inputs by identifier, evaluated when asked for."""
 
-    __slots__ = ('builder', 'contexts', 'emit', 'node', 'reader', 'shift', 'sockets')
+    __slots__ = ('builder', 'contexts', 'emit', 'kind', 'label', 'node', 'reader', 'shift', 'sockets')
 
     def __init__(self, reader: Reader, node: bpy.types.Node, contexts: Contexts, shift: Shift) -> None:
         self.reader = reader
@@ -223,6 +235,8 @@ class Node:
         self.node = node
         self.contexts = contexts
         self.shift = shift
+        self.kind = node.bl_idname
+        self.label = reader.feeds.name(node)
         self.sockets = {socket.identifier: socket for socket in node.inputs}
 
     def f(self, name: str) -> Ref:
@@ -252,13 +266,13 @@ class Node:
 
     def enum(self, name: str) -> int:
         """The number of a property's choice."""
-        return enum_numbers(self.node.bl_idname, name)[getattr(self.node, name)]
+        return enum_numbers(self.kind, name)[getattr(self.node, name)]
 
     def constant(self, number: float | Triple) -> Ref:
         return self.builder.constant(number)
 
     def warn(self, text: str) -> None:
-        self.reader.warn(f'node "{self.reader.feeds.name(self.node)}": {text}')
+        self.reader.warn(f'node "{self.label}": {text}')
 
     def normal(self, name: str = 'Normal') -> Ref:
         """A normal: what is linked, or the surface's."""

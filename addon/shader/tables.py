@@ -56,9 +56,7 @@ def ramp(band: bpy.types.ColorRamp) -> Ramp:
 def curves(mapping: bpy.types.CurveMapping, channels: int, is_color: bool) -> Curves:
     """The curves of a node: one, three, or those of three colours and the one for all of them."""
     every = list(mapping.curves)[:channels]
-    points = tuple(
-        tuple((*point.location, point.handle_type) for point in curve.points) for curve in every
-    )
+    points = tuple(tuple((*point.location, point.handle_type) for point in curve.points) for curve in every)
     clip = (mapping.use_clip, mapping.clip_min_x, mapping.clip_max_x, mapping.clip_min_y, mapping.clip_max_y)
     key = (channels, mapping.extend, clip, points)
     found = _curves.get(key)

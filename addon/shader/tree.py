@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 
@@ -22,8 +23,7 @@ Triple = tuple[float, float, float]
 SHIFT_BIT = 30  # of the modes of ops that read the shading point: 1 a step along x, 2 along y
 
 
-@dataclass(frozen=True, slots=True)
-class Named:
+class Named(NamedTuple):
     """A constant whose number is known only when all shaders are read. kind: 'layer' or 'tangent'; name: a layer's."""
 
     kind: str
@@ -35,10 +35,12 @@ class Draft:
     """A shader whose layers are names still.
 
     named: the constants that stand for layers, by their index.
+    uses:  names of the ops, which tell what meshes and instances have to bring.
     """
 
     shader: Shader
     named: tuple[tuple[int, Named], ...]
+    uses: frozenset[str]
 
     def layers(self, kind: str) -> set[str]:
         return {named.name for _, named in self.named if named.kind == kind}
@@ -99,11 +101,14 @@ class Builder:
 
     def constant(self, value: float | Triple) -> Ref:
         """A constant; a number stands in all three components."""
-        row = value if isinstance(value, tuple) else (value, value, value)
-        found = self._constants.get(row)
+        found = self._constants.get(value)
         if found is None:
-            found = self._constants[row] = ~len(self._rows)
-            self._rows.append(row)
+            row = value if isinstance(value, tuple) else (value, value, value)
+            found = self._constants.get(row)
+            if found is None:
+                found = self._constants[row] = ~len(self._rows)
+                self._rows.append(row)
+            self._constants[value] = found
         return found
 
     def named(self, kind: str, name: str) -> Ref:
@@ -206,7 +211,7 @@ class Builder:
             labels=tuple(self._labels),
             tables=np.concatenate(self._table_parts) if self._table_parts else np.zeros(0, np.float32),
         )
-        return Draft(shader, tuple(named))
+        return Draft(shader, tuple(named), frozenset(name for name, _, _ in self._known))
 
 
 def integers(values: Iterable[int]) -> I32:
