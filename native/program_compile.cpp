@@ -33,7 +33,7 @@ constexpr ClosureInfo kClosures[] = {
     {"refraction", CLOSURE_REFRACTION, "vffv"},
     {"sheen", CLOSURE_SHEEN, "vfv"},
     {"toon", CLOSURE_TOON, "vffv"},
-    {"principled", CLOSURE_PRINCIPLED, "vfffvffvfffvffvffffvvffvvffff"},
+    {"principled", CLOSURE_PRINCIPLED, "vfffvffvffffvffvffffvvffvvffff"},
 };
 
 std::vector<OpInfo> make_ops() {
