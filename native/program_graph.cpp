@@ -17,6 +17,7 @@ using Value = ProgramGraph::Value;
 // Operations that Math and Vector Math number alike, as Blender does; and the first way to mix colours.
 constexpr uint MATH_ADD = 0, MATH_SUBTRACT = 1, MATH_MULTIPLY = 2, MATH_DIVIDE = 3;
 constexpr uint BLEND_MIX = 0;
+constexpr uint MAPPING_VECTOR = 2;  // the last of Mapping's types that are affine maps: point, texture, vector
 
 std::vector<uint> bits_of(vec3 v) {
   return {std::bit_cast<uint>(v.x), std::bit_cast<uint>(v.y), std::bit_cast<uint>(v.z)};
@@ -58,6 +59,10 @@ Value ProgramGraph::op(uint number, uint mode, std::vector<Value> arguments) {
   // 2. One of its arguments, where it changes nothing.
   const Value simple = simplified(number, mode, arguments);
   if (simple >= 0) return simple;
+  if (number == OP_MAPPING && mode <= MAPPING_VECTOR) {
+    const Value mapped = affine(mode, arguments);
+    if (mapped >= 0) return mapped;
+  }
   // 3. What was there before.
   std::vector<uint> key{number, mode};
   for (const Value a : arguments) key.push_back(static_cast<uint>(a));
@@ -109,6 +114,29 @@ Value ProgramGraph::simplified(uint number, uint mode, const std::vector<Value> 
     }
   }
   return -1;
+}
+
+// A mapping by constants is an affine map, whose sines and cosines need not be found at each point; -1: it is none.
+Value ProgramGraph::affine(uint mode, const std::vector<Value> &arguments) {
+  if (!std::all_of(arguments.begin() + 1, arguments.end(), [&](Value a) { return is_constant(a); })) return -1;
+  const auto mapped = [&](vec3 p, vec3 location) {
+    std::vector<float> numbers{p.x, p.y, p.z, location.x, location.y, location.z};
+    for (std::size_t k = 2; k < arguments.size(); ++k) {
+      const vec3 c = (*this)[arguments[k]].constant;
+      numbers.insert(numbers.end(), {c.x, c.y, c.z});
+    }
+    return program_fold(OP_MAPPING, mode, numbers, tables_);
+  };
+  const vec3 none(0.0f);
+  const vec3 origin = mapped(none, (*this)[arguments[1]].constant);
+  const vec3 x = mapped(vec3(1.0f, 0.0f, 0.0f), none);
+  const vec3 y = mapped(vec3(0.0f, 1.0f, 0.0f), none);
+  const vec3 z = mapped(vec3(0.0f, 0.0f, 1.0f), none);
+  const auto is = [](vec3 a, float i, float j, float k) { return a.x == i && a.y == j && a.z == k; };
+  if (is(origin, 0, 0, 0) && is(x, 1, 0, 0) && is(y, 0, 1, 0) && is(z, 0, 0, 1)) return arguments[0];
+  return op(OP_AFFINE, 0,
+            {arguments[0], constant(vec3(x.x, y.x, z.x)), constant(vec3(x.y, y.y, z.y)),
+             constant(vec3(x.z, y.z, z.z)), constant(origin)});
 }
 
 Value ProgramGraph::vector_math(uint operation, Value a, Value b) {

@@ -56,6 +56,7 @@ class ProgramGraph {
  private:
   Value simplified(uint number, uint mode, const std::vector<Value> &arguments);
   Value vector_math(uint operation, Value a, Value b);
+  Value affine(uint mode, const std::vector<Value> &arguments);
 
   std::span<const float> tables_;
   std::vector<Node> nodes_;
