@@ -51,9 +51,7 @@ def _material(node: Node) -> bpy.types.Material:
     tree = material.node_tree
     tree.nodes.clear()
     emission = tree.nodes.new('ShaderNodeEmission')
-    tree.links.new(
-        emission.outputs['Emission'], tree.nodes.new('ShaderNodeOutputMaterial').inputs['Surface']
-    )
+    tree.links.new(emission.outputs['Emission'], tree.nodes.new('ShaderNodeOutputMaterial').inputs['Surface'])
     made = tree.nodes.new(node.type)
     for name, value in node.properties.items():
         setattr(made, name, value)
@@ -129,7 +127,7 @@ def render(
 ) -> list[np.ndarray]:
     """What each node puts out, (n, 3), for its (n, k) inputs; all in one picture.
 
-    normals: of the facets, (n, 3) for all inputs one after the other, z above 0; toward the viewer where there are none.
+    normals: of the facets, (n, 3) for all inputs one after the other, z above 0; without, all face the viewer.
     Attributes arrive as the third part of three times their value: exact where it has at most 22 binary digits.
     """
     bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)

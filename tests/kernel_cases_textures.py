@@ -73,9 +73,10 @@ TEXTURES = [
         'slots',
         'const TextureSlot slot = LOAD(scene.texture_slots, index); Texture t = LOAD(scene.textures, slot.image);'
         'const vec4 c = vec4(rgb.x, rgb.y, rgb.z, a); decoded = texture_decode(t, slot, c);'
+        'linear = texture_linear(t, (slot.flags & TEXTURE_UNASSOCIATE) == 0u, c);'
         'value = texture_value(slot, c);',
         {'index': SLOT_INDEX, 'rgb': ('vec3', vectors(uniform(0.0, 1.0))), 'a': ('float', uniform(0.9, 1.0))},
-        {'decoded': 'vec4', 'value': 'vec3'},
+        {'decoded': 'vec4', 'linear': 'vec4', 'value': 'vec3'},
         POWER,
         scene=True,
     ),

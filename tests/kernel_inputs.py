@@ -261,6 +261,7 @@ def scene() -> Scene:
             'emitters': emitters,
             'classic': np.zeros(MATERIALS, dtype_of('ClassicMaterial')),
             'albedo': rng.uniform(0.4, 1.0, known['ALBEDO_SIZE']).astype(np.float32),
+            'tables': np.random.default_rng(3).uniform(0.0, 1.0, 4 * 257).astype(np.float32),
             'filter_table': np.sort(rng.uniform(-1.0, 1.0, known['FILTER_TABLE_SIZE'])).astype(np.float32),
         },
         nested={'meshes': nested},

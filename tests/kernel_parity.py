@@ -49,6 +49,7 @@ class Case:
                variables to assign, `scene` where asked for.
     inputs:    name -> (kernel type, how to draw n values of it).
     outputs:   name -> kernel type; flags are written as uint.
+    program:   the body calls ops of shading programs.
     tolerance: of all float outputs; `tolerances` names those that differ from it.
     """
 
@@ -59,6 +60,7 @@ class Case:
     tolerance: Tolerance = EXACT
     tolerances: dict[str, Tolerance] = field(default_factory=dict)
     scene: bool = False
+    program: bool = False
 
     def record(self, fields: Sequence[tuple[str, str]]) -> np.dtype:
         return kernels.record_dtype(tuple((kind, name, 1) for kind, name in fields))[0]
@@ -104,7 +106,8 @@ class Scene:
 
 # ---- Source text
 
-_INCLUDES = ''.join(f'#include "{header.name}"\n' for header in kernels.HEADERS)
+_INCLUDES = ''.join(kernels.include(header) for header in kernels.HEADERS)
+_PROGRAM_INCLUDES = ''.join(kernels.include(header) for header in kernels.PROGRAM_HEADERS)
 
 
 def _struct(name: str, fields: Sequence[tuple[str, str]]) -> str:
@@ -125,8 +128,9 @@ def _body(case: Case, index: str) -> str:
 def glsl(case: Case) -> str:
     """The compute shader of a case."""
     layout = 'layout(buffer_reference, scalar, buffer_reference_align = 8)'
+    headers = _INCLUDES + (_PROGRAM_INCLUDES if case.program else '')
     return (
-        f'{_INCLUDES}{_struct("CaseIn", case.input_fields)}{_struct("CaseOut", case.output_fields)}'
+        f'{headers}{_struct("CaseIn", case.input_fields)}{_struct("CaseOut", case.output_fields)}'
         'BUFFER_REF(CaseIn, CaseInBuffer)\n'
         f'{layout} writeonly buffer CaseOutBuffer {{ CaseOut v[]; }};\n'
         'BUFFER_REF(SceneData, SceneDataBuffer)\n'
@@ -143,6 +147,7 @@ def cpp(cases: Sequence[Case], features: int) -> str:
         '#include <cstdint>\n',
         f'namespace cotorra {{ constexpr std::uint32_t KERNEL_FEATURES = {features:#x}u; }}\n',
         _INCLUDES,
+        _PROGRAM_INCLUDES,
         'namespace cotorra {\nBUFFER_REF(SceneData, SceneDataBuffer)\n',
     ]
     for case in cases:

@@ -21,6 +21,9 @@ from native_build import BUILD, ROOT, included
 KERNELS = ROOT / 'kernels'
 # Every header is both languages', except the one that is C++'s side of the bargain.
 HEADERS = sorted(path for path in KERNELS.glob('*.h') if path.name != 'language_cpp.h')
+# Ops of shading programs: what reads none of them does not include them.
+PROGRAM_HEADERS = sorted((KERNELS / 'program').glob('*.h'))
+EVERY_HEADER = [*HEADERS, *PROGRAM_HEADERS]
 
 PRELUDE = """#version 460
 #extension GL_GOOGLE_include_directive : require
@@ -49,6 +52,11 @@ def text(path: Path) -> str:
     return _COMMENT.sub('', path.read_text())
 
 
+def include(path: Path) -> str:
+    """The line that includes a header."""
+    return f'#include "{path.relative_to(KERNELS).as_posix()}"\n'
+
+
 def functions(path: Path) -> list[str]:
     """Names of the functions that a header defines."""
     return _FUNCTION.findall(text(path))
@@ -66,19 +74,19 @@ def structs_of(path: Path) -> dict[str, list[tuple[str, str, int]]]:
 @cache
 def structs() -> dict[str, list[tuple[str, str, int]]]:
     """Every record of the kernels."""
-    return {name: fields for path in HEADERS for name, fields in structs_of(path).items()}
+    return {name: fields for path in EVERY_HEADER for name, fields in structs_of(path).items()}
 
 
 @cache
 def references() -> dict[str, str]:
     """Buffer reference types by name, with the type of their elements."""
-    return {name: element for path in HEADERS for element, name in _REFERENCE.findall(text(path))}
+    return {name: element for path in EVERY_HEADER for element, name in _REFERENCE.findall(text(path))}
 
 
 @cache
 def constants() -> dict[str, int]:
     """Integer constants of the headers, such as LIGHT_SPOT."""
-    return {name: int(value, 0) for path in HEADERS for name, value in _CONSTANT.findall(text(path))}
+    return {name: int(value, 0) for path in EVERY_HEADER for name, value in _CONSTANT.findall(text(path))}
 
 
 def _layout(kind: str) -> tuple[np.dtype, int]:

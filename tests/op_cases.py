@@ -109,9 +109,7 @@ def _numbers() -> list[Case]:
     ]
     float_sockets = 'Value|From Min|From Max|To Min|To Max|Steps'
     vector_sockets = 'Vector|From_Min_FLOAT3|From_Max_FLOAT3|To_Min_FLOAT3|To_Max_FLOAT3|Steps_FLOAT3'
-    for (name, number), clamped in itertools.product(
-        items('ShaderNodeMapRange', 'interpolation_type'), (False, True)
-    ):
+    for (name, number), clamped in itertools.product(items('ShaderNodeMapRange', 'interpolation_type'), (False, True)):
         values = {'interpolation_type': name, 'clamp': clamped}
         for op, kind, sockets, output in (
             ('map_range_f', 'FLOAT', float_sockets, 'Result'),
@@ -125,7 +123,9 @@ def _numbers() -> list[Case]:
         vectors = 'Factor_Vector|A_Vector|B_Vector'
         mixed = {'data_type': 'VECTOR', 'factor_mode': 'NON_UNIFORM', **values}
         cases.append(Case('mix_f', int(clamped), floats))
-        cases.append(Case('mix_v', int(clamped), make_node('mix_v', 'ShaderNodeMix', vectors, 'Result_Vector', **mixed)))
+        cases.append(
+            Case('mix_v', int(clamped), make_node('mix_v', 'ShaderNodeMix', vectors, 'Result_Vector', **mixed))
+        )
     cases.append(Case('luminance', 0, make_node('luminance', 'ShaderNodeRGBToBW', 'Color', 'Val')))
     return cases
 
@@ -136,15 +136,20 @@ def _mapping() -> list[Case]:
         Case('mapping', number, make_node('mapping', 'ShaderNodeMapping', sockets, 'Vector', vector_type=name))
         for name, number in items('ShaderNodeMapping', 'vector_type')
     ]
-    for (name, number), inverted in itertools.product(
-        items('ShaderNodeVectorRotate', 'rotation_type'), (False, True)
-    ):
+    for (name, number), inverted in itertools.product(items('ShaderNodeVectorRotate', 'rotation_type'), (False, True)):
         values = {'rotation_type': name, 'invert': inverted}
-        node = make_node('vector_rotate', 'ShaderNodeVectorRotate', 'Vector|Center|Axis|Angle|Rotation', 'Vector', **values)
+        node = make_node(
+            'vector_rotate', 'ShaderNodeVectorRotate', 'Vector|Center|Axis|Angle|Rotation', 'Vector', **values
+        )
         cases.append(Case('vector_rotate', number | inverted << 8, node))
     outputs = ('Segment ID', 'Segment Width', 'Segment Rotation')
-    sides: Range = lambda rng, n: np.where(rng.random(n) < 0.5, rng.integers(2, 9, n), rng.uniform(1.5, 9, n))
-    roundness: Range = lambda rng, n: rng.choice([0, 1, 0.3, 0.8, rng.random()], n)
+
+    def sides(rng: np.random.Generator, n: int) -> np.ndarray:
+        return np.where(rng.random(n) < 0.5, rng.integers(2, 9, n), rng.uniform(1.5, 9, n))
+
+    def roundness(rng: np.random.Generator, n: int) -> np.ndarray:
+        return rng.choice([0, 1, 0.3, 0.8, rng.random()], n)
+
     for normalized in (False, True):
         ranges = {0: (-2.0, 2.0), 1: sides, 2: roundness}
         values = {'normalize': normalized}
@@ -192,8 +197,13 @@ def _colors() -> list[Case]:
 def _noise() -> list[Case]:
     cases = []
     sockets = 'Vector|W|Scale|Detail|Roughness|Lacunarity|Offset|Gain|Distortion'
-    spread: Range = lambda rng, n: rng.uniform(-1, 1, n) * rng.choice([3, 100, 3e4], n, p=[0.9, 0.08, 0.02])
-    detail: Range = lambda rng, n: np.where(rng.random(n) < 0.4, rng.integers(0, 6, n), rng.uniform(-1, 8, n))
+
+    def spread(rng: np.random.Generator, n: int) -> np.ndarray:
+        return rng.uniform(-1, 1, n) * rng.choice([3, 100, 3e4], n, p=[0.9, 0.08, 0.02])
+
+    def detail(rng: np.random.Generator, n: int) -> np.ndarray:
+        return np.where(rng.random(n) < 0.4, rng.integers(0, 6, n), rng.uniform(-1, 8, n))
+
     for (d, dimensions), (t, name) in itertools.product(enumerate(DIMENSIONS), enumerate(NOISE_TYPES)):
         for normalized, op in itertools.product((False, True) if name == 'FBM' else (False,), ('noise_f', 'noise_v')):
             values = {'noise_dimensions': dimensions, 'noise_type': name}

@@ -14,7 +14,6 @@ from typing import Any
 import bpy
 import numpy as np
 
-from cycles_ops import Node
 from op_cases import COUNT, Case, Range, make_node
 
 ENTRIES = 257

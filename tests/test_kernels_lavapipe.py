@@ -19,6 +19,7 @@ import kernel_cases_integrators
 import kernel_cases_lights
 import kernel_cases_models
 import kernel_cases_path
+import kernel_cases_program
 import kernel_cases_textures
 import kernel_source as kernels
 from kernel_inputs import scene
@@ -32,6 +33,7 @@ CASES = [
     *kernel_cases_lights.CASES,
     *kernel_cases_models.CASES,
     *kernel_cases_path.CASES,
+    *kernel_cases_program.CASES,
     *kernel_cases_textures.CASES,
 ]
 

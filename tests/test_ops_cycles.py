@@ -29,7 +29,9 @@ WITHOUT_NODE = {'splat', 'average', 'component', 'combine', 'affine'}
 def rendered(tmp_path_factory: pytest.TempPathFactory) -> dict[str, np.ndarray]:
     cases = [*CASES, *(entry.case for entry in TABLE_CASES)]
     inputs = [case.draw() for case in cases]
-    normals = np.concatenate([op_cases_tables.normals_of(case, array) for case, array in zip(cases, inputs, strict=True)])
+    normals = np.concatenate(
+        [op_cases_tables.normals_of(case, array) for case, array in zip(cases, inputs, strict=True)]
+    )
     path = tmp_path_factory.mktemp('ops') / 'ops.exr'
     results = cycles_ops.render([case.node for case in cases], inputs, path, normals)
     return {case.name: result for case, result in zip(cases, results, strict=True)}

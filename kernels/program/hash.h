@@ -13,7 +13,7 @@ namespace cotorra {
 FN uint rotate_left(uint x, uint k) { return (x << k) | (x >> (32u - k)); }
 
 // The last rounds of Bob Jenkins' lookup3 (public domain, 2006): all bits of a, b and c reach the result.
-FN uint hash_final(uint a, uint b, uint c) {
+FN uint lookup3_final(uint a, uint b, uint c) {
   c = (c ^ b) - rotate_left(b, 14u);
   a = (a ^ c) - rotate_left(c, 11u);
   b = (b ^ a) - rotate_left(a, 25u);
@@ -24,19 +24,21 @@ FN uint hash_final(uint a, uint b, uint c) {
 }
 
 // lookup3 starts from this plus four times the number of words.
-const uint HASH_START = 0xdeadbeefu + 13u;
+const uint LOOKUP3_START = 0xdeadbeefu + 13u;
 
-FN uint hash_uint1(uint x) { return hash_final(HASH_START + 4u + x, HASH_START + 4u, HASH_START + 4u); }
-FN uint hash_uint2(uint x, uint y) { return hash_final(HASH_START + 8u + x, HASH_START + 8u + y, HASH_START + 8u); }
-FN uint hash_uint3(uint x, uint y, uint z) {
-  return hash_final(HASH_START + 12u + x, HASH_START + 12u + y, HASH_START + 12u + z);
+FN uint lookup3_1(uint x) { return lookup3_final(LOOKUP3_START + 4u + x, LOOKUP3_START + 4u, LOOKUP3_START + 4u); }
+FN uint lookup3_2(uint x, uint y) {
+  return lookup3_final(LOOKUP3_START + 8u + x, LOOKUP3_START + 8u + y, LOOKUP3_START + 8u);
+}
+FN uint lookup3_3(uint x, uint y, uint z) {
+  return lookup3_final(LOOKUP3_START + 12u + x, LOOKUP3_START + 12u + y, LOOKUP3_START + 12u + z);
 }
 
 // Three words are mixed in before the fourth is added.
-FN uint hash_uint4(uint x, uint y, uint z, uint w) {
-  uint a = HASH_START + 16u + x;
-  uint b = HASH_START + 16u + y;
-  uint c = HASH_START + 16u + z;
+FN uint lookup3_4(uint x, uint y, uint z, uint w) {
+  uint a = LOOKUP3_START + 16u + x;
+  uint b = LOOKUP3_START + 16u + y;
+  uint c = LOOKUP3_START + 16u + z;
   a = (a - c) ^ rotate_left(c, 4u);
   c += b;
   b = (b - a) ^ rotate_left(a, 6u);
@@ -49,7 +51,7 @@ FN uint hash_uint4(uint x, uint y, uint z, uint w) {
   a += c;
   c = (c - b) ^ rotate_left(b, 4u);
   b += a;
-  return hash_final(a + w, b, c);
+  return lookup3_final(a + w, b, c);
 }
 
 // 0 ... 1, both included. By halves, whose conversions are signed ones, which vector units have; rounded once.
@@ -58,13 +60,13 @@ FN float hash_unit(uint h) {
   return rounded * (1.0f / 4294967296.0f);
 }
 
-FN float hash_float(float x) { return hash_unit(hash_uint1(floatBitsToUint(x))); }
-FN float hash_float2(float x, float y) { return hash_unit(hash_uint2(floatBitsToUint(x), floatBitsToUint(y))); }
+FN float hash_float(float x) { return hash_unit(lookup3_1(floatBitsToUint(x))); }
+FN float hash_float2(float x, float y) { return hash_unit(lookup3_2(floatBitsToUint(x), floatBitsToUint(y))); }
 FN float hash_float3(vec3 p) {
-  return hash_unit(hash_uint3(floatBitsToUint(p.x), floatBitsToUint(p.y), floatBitsToUint(p.z)));
+  return hash_unit(lookup3_3(floatBitsToUint(p.x), floatBitsToUint(p.y), floatBitsToUint(p.z)));
 }
 FN float hash_float4(vec4 p) {
-  return hash_unit(hash_uint4(floatBitsToUint(p.x), floatBitsToUint(p.y), floatBitsToUint(p.z), floatBitsToUint(p.w)));
+  return hash_unit(lookup3_4(floatBitsToUint(p.x), floatBitsToUint(p.y), floatBitsToUint(p.z), floatBitsToUint(p.w)));
 }
 
 // Three numbers of what gives one: the same hash with another word added, or of the words in another order.

@@ -54,7 +54,7 @@ FN float perlin1(float x) {
   const float low = floor(x);
   const uint i = uint(int(low));
   const float f = x - low;
-  return lerp(gradient1(hash_uint1(i), f), gradient1(hash_uint1(i + 1u), f - 1.0f), noise_fade(f));
+  return lerp(gradient1(lookup3_1(i), f), gradient1(lookup3_1(i + 1u), f - 1.0f), noise_fade(f));
 }
 
 FN float perlin2(float x, float y) {
@@ -65,15 +65,15 @@ FN float perlin2(float x, float y) {
   const float fx = x - low_x;
   const float fy = y - low_y;
   const float u = noise_fade(fx);
-  const float a = lerp(gradient2(hash_uint2(i, j), fx, fy), gradient2(hash_uint2(i + 1u, j), fx - 1.0f, fy), u);
-  const float b = lerp(gradient2(hash_uint2(i, j + 1u), fx, fy - 1.0f),
-                       gradient2(hash_uint2(i + 1u, j + 1u), fx - 1.0f, fy - 1.0f), u);
+  const float a = lerp(gradient2(lookup3_2(i, j), fx, fy), gradient2(lookup3_2(i + 1u, j), fx - 1.0f, fy), u);
+  const float b = lerp(gradient2(lookup3_2(i, j + 1u), fx, fy - 1.0f),
+                       gradient2(lookup3_2(i + 1u, j + 1u), fx - 1.0f, fy - 1.0f), u);
   return lerp(a, b, noise_fade(fy));
 }
 
 // Along an edge of the lattice in x: corners (i, j, k) and (i + 1, j, k), seen from (fx, fy, fz).
 FN float perlin3_edge(uint i, uint j, uint k, vec3 f, float u) {
-  return lerp(gradient3(hash_uint3(i, j, k), f.x, f.y, f.z), gradient3(hash_uint3(i + 1u, j, k), f.x - 1.0f, f.y, f.z),
+  return lerp(gradient3(lookup3_3(i, j, k), f.x, f.y, f.z), gradient3(lookup3_3(i + 1u, j, k), f.x - 1.0f, f.y, f.z),
               u);
 }
 
@@ -92,8 +92,8 @@ FN float perlin3(vec3 p) {
 }
 
 FN float perlin4_edge(uint i, uint j, uint k, uint l, vec4 f, float u) {
-  return lerp(gradient4(hash_uint4(i, j, k, l), f),
-              gradient4(hash_uint4(i + 1u, j, k, l), vec4(f.x - 1.0f, f.y, f.z, f.w)), u);
+  return lerp(gradient4(lookup3_4(i, j, k, l), f),
+              gradient4(lookup3_4(i + 1u, j, k, l), vec4(f.x - 1.0f, f.y, f.z, f.w)), u);
 }
 
 FN float perlin4(vec4 p) {
