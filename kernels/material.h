@@ -24,7 +24,7 @@ FN float light_number(float a) { return select(a == a, clamp(a, -1e30f, 1e30f), 
 FN vec3 light_numbers(vec3 a) { return vec3(light_number(a.x), light_number(a.y), light_number(a.z)); }
 
 FN bool material_varies(IN(Material) material) {
-  return FEATURE(FEATURE_PROGRAMS) && (material.flags & MATERIAL_PROGRAM) != 0u;
+  return FEATURE(FEATURE_PROGRAMS) && PROGRAM_GROUP(GROUP_PROGRAM) && (material.flags & MATERIAL_PROGRAM) != 0u;
 }
 
 // What the material emits at a point. Material.emission of an emission that varies is its mean, which only says how

@@ -12,6 +12,12 @@
 layout(local_size_x = 64) in;
 layout(constant_id = 0) const uint KERNEL_FEATURES = 0xffffffffu;
 
+// What of the ops of programs this stage needs for the scene.
+layout(constant_id = 1) const uint PROGRAM_GROUPS = 0xffffffffu;
+layout(constant_id = 2) const uint PROGRAM_VARIANTS = 0xffffffffu;
+#define PROGRAM_GROUP(BIT) ((PROGRAM_GROUPS & (BIT)) != 0u)
+#define PROGRAM_VARIANT(BIT) ((PROGRAM_VARIANTS & (BIT)) != 0u)
+
 #include "wavefront.h"
 
 layout(push_constant, scalar) uniform PushConstants { WavePush push; };

@@ -79,11 +79,13 @@ class Compiler {
       out.transparency = graph_[transparency_].constant;
     } else {
       out.program.transparency = writer.value(transparency_, "transparency");
+      out.transparency_needs = writer.needs();
     }
     if (graph_.is_constant(emission_)) {
       out.emission = graph_[emission_].constant;
     } else {
       out.program.emission = writer.value(emission_, "emission");
+      out.emission_needs = writer.needs();
     }
     out.surface = plain_surface();
     for (const Closure &c : surface_) {
@@ -286,6 +288,7 @@ class Compiler {
       out.lobes |= 1u << CLOSURE_TRANSPARENT;
     }
     out.program.surface = writer.closures(rows);
+    out.surface_needs = writer.needs();
   }
 
   const ShaderInput &in_;

@@ -65,6 +65,16 @@ struct PlainSurface {
   float transmission = 0.0f;  // share of clear glass where that is a constant, plain or not
 };
 
+// What of the ops a program needs: GROUP_* and PROGRAM_VARIANT bits of kernels/program/ops.h.
+struct ProgramNeeds {
+  uint groups = 0;
+  uint variants = 0;
+  void add(const ProgramNeeds &other) {
+    groups |= other.groups;
+    variants |= other.variants;
+  }
+};
+
 // What one shader became.
 struct CompiledShader {
   MaterialProgram program;
@@ -73,7 +83,7 @@ struct CompiledShader {
   vec3 transparency{0.0f};     // where program.transparency is NO_PROGRAM
   bool grey = true;            // what is let through has no colour
   bool sharp = false;          // a lobe may be narrow
-  bool reads_images = false;
+  ProgramNeeds surface_needs, emission_needs, transparency_needs;
   uint lobes = 0;              // bit a CLOSURE_* kind of the surface
   std::uint64_t ops_used[8]{};  // by number of the op
   std::string text;            // for people

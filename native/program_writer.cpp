@@ -34,6 +34,7 @@ std::string text_of_register(uint reference) {
 // Counts who asks for what, from the last value to the first.
 void ProgramWriter::begin(const std::vector<Value> &roots) {
   code_.clear();
+  needs_ = {GROUP_PROGRAM, 0};
   uses_.assign(graph_.size(), 0);
   places_.assign(graph_.size(), {});
   taken_.assign(PROGRAM_REGISTERS, 0);
@@ -71,7 +72,7 @@ void ProgramWriter::write(Value v) {
   code_.push_back(node.mode);
   code_.insert(code_.end(), references.begin(), references.end());
   out_.ops_used[node.op->number / 64] |= std::uint64_t{1} << (node.op->number % 64);
-  out_.reads_images |= node.op->number >= OP_IMAGE_V && node.op->number <= OP_ENVIRONMENT_V;
+  needs_.add({program_group(node.op->number), program_variants(node.op->number, node.mode)});
   out_.text.append("    ").append(text_of_register(place)).append(" = ").append(node.op->name);
   out_.text.append("(").append(shown).append(")");
   if (node.mode != 0) out_.text.append(" mode ").append(std::to_string(node.mode));

@@ -28,6 +28,8 @@ class ProgramWriter {
   ProgramPart value(Value v, const char *what);
   // A program whose result is a list of closures.
   ProgramPart closures(const std::vector<Row> &rows);
+  // Of the program that was written last.
+  const ProgramNeeds &needs() const { return needs_; }
 
  private:
   struct Place {
@@ -47,6 +49,7 @@ class ProgramWriter {
   ProgramLibrary &library_;
   CompiledShader &out_;
   std::vector<uint> code_;
+  ProgramNeeds needs_;
   std::vector<uint> uses_;
   std::vector<Place> places_;
   std::vector<char> taken_;  // registers

@@ -169,6 +169,10 @@ class Scene {
   const Textures &textures() const { return textures_; }
   const ProgramLibrary &programs() const { return library_of_programs_; }
   std::span<const MaterialProgram> material_programs() const { return material_programs_; }
+  // What the programs of the scene need, by the parts of materials.
+  const ProgramNeeds &surface_needs() const { return surface_needs_; }
+  const ProgramNeeds &emission_needs() const { return emission_needs_; }
+  const ProgramNeeds &transparency_needs() const { return transparency_needs_; }
   // What shader `index` became, for people. Throws std::out_of_range.
   const std::string &explain(std::size_t index) const { return compiled_.at(index).text; }
   static std::span<const float> albedo();
@@ -220,6 +224,7 @@ class Scene {
   ProgramLibrary library_of_programs_;
   std::vector<CompiledShader> compiled_;            // by shader
   std::vector<MaterialProgram> material_programs_;  // by material; empty where none varies
+  ProgramNeeds surface_needs_, emission_needs_, transparency_needs_;
   std::vector<int> material_shaders_;               // by material, -1: none
   bool asks_spaces_ = false, asks_meshes_ = false;
   std::vector<uint> material_slots_;

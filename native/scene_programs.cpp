@@ -79,6 +79,9 @@ void Scene::prepare_programs(ProgramsInput &in, const MaterialsInput &materials)
   for (const ShaderInput &shader : in.shaders) {
     compiled_.push_back(library_of_programs_.add(shader));
     const CompiledShader &c = compiled_.back();
+    surface_needs_.add(c.surface_needs);
+    emission_needs_.add(c.emission_needs);
+    transparency_needs_.add(c.transparency_needs);
     asks_spaces_ |= uses(c, {OP_OBJECT_POSITION, OP_OBJECT_TRANSFORM});
     asks_meshes_ |= c.program.surface.first != NO_PROGRAM || c.program.emission.first != NO_PROGRAM ||
                     c.program.transparency.first != NO_PROGRAM;

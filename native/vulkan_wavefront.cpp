@@ -52,7 +52,8 @@ class WavefrontOnCard final : public Wavefront {
         film_(device_, job) {
     // Kernels are compiled while the scene is built and copied.
     std::future<double> compiled = std::async(std::launch::async, [&, begin = Clock::now()] {
-      pipelines_.emplace(device_, job.features, static_cast<std::uint32_t>(sizeof(WavePush)), choice.cache);
+      const KernelChoice kernels{job.features, scene.surface_needs(), scene.emission_needs(), scene.transparency_needs()};
+      pipelines_.emplace(device_, kernels, static_cast<std::uint32_t>(sizeof(WavePush)), choice.cache);
       return seconds_since(begin);
     });
     upload(choice.threads);
@@ -435,7 +436,9 @@ std::vector<CompiledStage> compile_kernels(std::uint32_t features, const std::st
                                            bool ray_query) {
   LogicalDevice device(std::move(instance), physical, {ray_query, true});
   std::vector<CompiledStage> stages;
-  const Pipelines pipelines(device, features, static_cast<std::uint32_t>(sizeof(WavePush)), cache, &stages);
+  const ProgramNeeds everything{~0u, ~0u};
+  const KernelChoice kernels{features, everything, everything, everything};
+  const Pipelines pipelines(device, kernels, static_cast<std::uint32_t>(sizeof(WavePush)), cache, &stages);
   return stages;
 }
 

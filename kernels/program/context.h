@@ -183,17 +183,8 @@ FN vec3 program_coordinates(IN(SceneData) scene, IN(ShaderPoint) here, uint op, 
   return vec3(a.x, a.y, a.z);
 }
 
-// The value of a context op; a number stands in x.
-FN vec3 program_context(IN(SceneData) scene, IN(ShaderPoint) at, uint op, uint mode, IN(ProgramArguments) a) {
-  if (op == OP_NORMAL) return at.n;
-  if (op == OP_TRUE_NORMAL) return at.ng;
-  if (op == OP_INCOMING) return at.wo;
-  if (op == OP_BACKFACING) return vec3(at.side < 0.0f ? 1.0f : 0.0f);
-  if (op == OP_POSITION || (op >= OP_PARAMETRIC && op <= OP_ATTRIBUTE_FAC)) {
-    return program_coordinates(scene, at, op, mode, a.v[0]);
-  }
-  if (op == OP_OBJECT_INFO_V || op == OP_OBJECT_INFO_F) return object_info(scene, at, op, mode);
-  if (op == OP_LIGHT_PATH) return vec3(light_path(at, mode));
+// Ops that bend normals, and tangents.
+FN vec3 program_normal(IN(SceneData) scene, IN(ShaderPoint) at, uint op, uint mode, IN(ProgramArguments) a) {
   if (op == OP_TANGENT) return radial_tangent(scene, at, mode, point_generated(scene, at));
   if (op == OP_GEOMETRY_TANGENT) return radial_tangent(scene, at, 2u, point_generated(scene, at));
   if (op == OP_UV_TANGENT) return uv_tangent(scene, at, uint(int(a.v[0])));
@@ -202,14 +193,21 @@ FN vec3 program_context(IN(SceneData) scene, IN(ShaderPoint) at, uint op, uint m
     if ((mode & NORMAL_MAP_DIRECTX) != 0u) color.y = 1.0f - color.y;
     return normal_map(scene, at, mode & 7u, color, a.v[3], uint(int(a.v[4])));
   }
+  const float distance = a.v[4] * select((mode & 1u) != 0u, -1.0f, 1.0f);
+  return bump_normal(at, argument3(a, 5), a.v[0], a.v[1], a.v[2], a.v[3], distance);
+}
+
+FN vec3 program_point(IN(SceneData) scene, IN(ShaderPoint) at, uint op, uint mode, IN(ProgramArguments) a) {
+  if (op == OP_NORMAL) return at.n;
+  if (op == OP_TRUE_NORMAL) return at.ng;
+  if (op == OP_INCOMING) return at.wo;
+  if (op == OP_BACKFACING) return vec3(at.side < 0.0f ? 1.0f : 0.0f);
+  if (op == OP_OBJECT_INFO_V || op == OP_OBJECT_INFO_F) return object_info(scene, at, op, mode);
+  if (op == OP_LIGHT_PATH) return vec3(light_path(at, mode));
   if (op == OP_CAMERA_Z) return vec3(camera_space(scene, at.p).z);
   if (op == OP_CAMERA_DISTANCE) return vec3(length(camera_space(scene, at.p)));
   if (op == OP_WIREFRAME) return vec3(wireframe(scene, at, mode, a.v[0]));
   if (op == OP_OBJECT_TRANSFORM) return object_transform(scene, at, mode, argument3(a, 0));
-  if (op == OP_BUMP) {
-    const float distance = a.v[4] * select((mode & 1u) != 0u, -1.0f, 1.0f);
-    return bump_normal(at, argument3(a, 5), a.v[0], a.v[1], a.v[2], a.v[3], distance);
-  }
   if (op == OP_BEVEL) return argument3(a, 1);
   if (op == OP_FRESNEL) {
     const float eta = max(a.v[0], 1e-5f);
@@ -219,6 +217,16 @@ FN vec3 program_context(IN(SceneData) scene, IN(ShaderPoint) at, uint op, uint m
   if (op == OP_LIGHT_FALLOFF) return vec3(light_falloff(at, mode, a.v[0], a.v[1]));
   if (op == OP_AO) return vec3(1.0f);
   return vec3(0.0f);
+}
+
+// The value of a context op; a number stands in x.
+FN vec3 program_context(IN(SceneData) scene, IN(ShaderPoint) at, uint op, uint mode, IN(ProgramArguments) a) {
+  const uint group = program_group(op);
+  if (PROGRAM_GROUP(GROUP_COORDINATES) && group == GROUP_COORDINATES) {
+    return program_coordinates(scene, at, op, mode, a.v[0]);
+  }
+  if (PROGRAM_GROUP(GROUP_NORMAL) && group == GROUP_NORMAL) return program_normal(scene, at, op, mode, a);
+  return program_point(scene, at, op, mode, a);
 }
 
 #ifdef __cplusplus

@@ -120,10 +120,11 @@ FN float perlin4(vec4 p) {
 
 // Noise in -1 ... 1 of the first `dimensions` components of p.
 FN float noise_signed(uint dimensions, vec4 p) {
-  if (dimensions == 1u) return 0.25f * perlin1(noise_wrap(p.x));
-  if (dimensions == 2u) return 0.6616f * perlin2(noise_wrap(p.x), noise_wrap(p.y));
+  if (PROGRAM_VARIANT(1u) && dimensions == 1u) return 0.25f * perlin1(noise_wrap(p.x));
+  if (PROGRAM_VARIANT(2u) && dimensions == 2u) return 0.6616f * perlin2(noise_wrap(p.x), noise_wrap(p.y));
   const vec3 q = vec3(noise_wrap(p.x), noise_wrap(p.y), noise_wrap(p.z));
-  if (dimensions == 3u) return 0.982f * perlin3(q);
+  if (PROGRAM_VARIANT(4u) && dimensions == 3u) return 0.982f * perlin3(q);
+  if (!PROGRAM_VARIANT(8u)) return 0.0f;
   return 0.8344f * perlin4(vec4(q, noise_wrap(p.w)));
 }
 

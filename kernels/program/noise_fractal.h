@@ -77,14 +77,14 @@ FN float octave_share(float detail, int octave) {
 FN void fractal_add(uint type, IN(FractalInputs) i, int octave, float share, float n, INOUT(Fractal) s) {
   const float amplitude = s.amplitude;
   const float shifted = n + i.offset;
-  if (type == NOISE_FBM) {
+  if (PROGRAM_VARIANT(1u << (VARIANT_TYPES_SHIFT + NOISE_FBM)) && type == NOISE_FBM) {
     const float whole = select(share == 1.0f, 1.0f, 0.0f);
     s.value += whole * n * amplitude;
     s.total += whole * amplitude;
     s.partial = select(share == 1.0f, 0.0f, select(share > 0.0f, n * amplitude, s.partial));
-  } else if (type == NOISE_MULTIFRACTAL) {
+  } else if (PROGRAM_VARIANT(1u << (VARIANT_TYPES_SHIFT + NOISE_MULTIFRACTAL)) && type == NOISE_MULTIFRACTAL) {
     s.value = select(octave == 0, 1.0f, s.value) * (share * amplitude * n + 1.0f);
-  } else if (type == NOISE_HETERO_TERRAIN) {
+  } else if (PROGRAM_VARIANT(1u << (VARIANT_TYPES_SHIFT + NOISE_HETERO_TERRAIN)) && type == NOISE_HETERO_TERRAIN) {
     s.value = select(octave == 0, shifted, s.value + share * (shifted * amplitude * s.value));
   } else if (type == NOISE_HYBRID_MULTIFRACTAL) {
     const bool counts = s.weight > 0.001f;

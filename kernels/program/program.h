@@ -49,7 +49,11 @@ FN vec3 program_table(IN(SceneData) scene, uint op, uint mode, IN(ProgramArgumen
   if (op == OP_RAMP_ALPHA) return vec3(op_ramp_alpha(scene, mode, a.v[0], a.v[1], a.v[2]));
   if (op == OP_CURVE_F) return vec3(op_curve_f(scene, mode, a.v[0], a.v[1], a.v[2], a.v[3], a.v[4]));
   if (op == OP_RGB_CURVE_V) return op_rgb_curve_v(scene, mode, p, a.v[3], a.v[4], a.v[5], a.v[6]);
-  if (op == OP_VECTOR_CURVE_V) return op_vector_curve_v(scene, mode, p, a.v[3], a.v[4], a.v[5], a.v[6]);
+  return op_vector_curve_v(scene, mode, p, a.v[3], a.v[4], a.v[5], a.v[6]);
+}
+
+FN vec3 program_image(IN(SceneData) scene, uint op, uint mode, IN(ProgramArguments) a) {
+  const vec3 p = argument3(a, 0);
   if (op == OP_IMAGE_V) return op_image_v(scene, mode, p, a.v[3], a.v[4], argument3(a, 5));
   if (op == OP_IMAGE_F) return vec3(op_image_f(scene, mode, p, a.v[3], a.v[4], argument3(a, 5)));
   return op_environment_v(scene, mode, p, a.v[3]);
@@ -58,7 +62,9 @@ FN vec3 program_table(IN(SceneData) scene, uint op, uint mode, IN(ProgramArgumen
 FN vec3 program_op(IN(SceneData) scene, IN(ShaderPoint) at, uint op, uint mode, IN(ProgramArguments) a) {
   if (op < OP_SPLAT) return program_context(scene, at, op, mode, a);
   if (op < OP_RAMP_V) return program_pure(op, mode, a);
-  return program_table(scene, op, mode, a);
+  if (PROGRAM_GROUP(GROUP_TABLE) && op < OP_IMAGE_V) return program_table(scene, op, mode, a);
+  if (PROGRAM_GROUP(GROUP_IMAGE) && op >= OP_IMAGE_V) return program_image(scene, op, mode, a);
+  return vec3(0.0f);
 }
 
 FN void program_run(IN(SceneData) scene, IN(ShaderPoint) at, IN(ProgramPart) part, uint constants PROGRAM_MEMORY) {

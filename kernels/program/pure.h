@@ -19,19 +19,6 @@
 namespace cotorra {
 #endif
 
-const uint GROUP_MATH = 1u;
-const uint GROUP_VECTOR = 2u;
-const uint GROUP_COLOR = 4u;
-const uint GROUP_NOISE = 8u;
-const uint GROUP_VORONOI = 16u;
-const uint GROUP_PATTERN = 32u;
-const uint GROUP_GABOR = 64u;
-
-// PROGRAM_GROUP(BIT): is the group compiled in? Whoever includes this may define it by a specialization constant.
-#ifndef PROGRAM_GROUP
-#define PROGRAM_GROUP(BIT) ((BIT) != 0u)
-#endif
-
 // Arguments one after the other; a vector takes three.
 struct ProgramArguments {
   float v[32];
@@ -135,8 +122,6 @@ FN vec3 pure_pattern(uint op, uint mode, IN(ProgramArguments) a) {
       return vec3(op_white_noise_f(mode, p, a.v[3]));
     case OP_WHITE_NOISE_V:
       return op_white_noise_v(mode, p, a.v[3]);
-    case OP_WAVE_F:
-      return vec3(op_wave_f(mode, p, a.v[3], a.v[4], a.v[5], a.v[6], a.v[7], a.v[8]));
     case OP_MAGIC_V:
       return op_magic_v(mode, p, a.v[3], a.v[4]);
     case OP_GRADIENT_F:
@@ -148,26 +133,17 @@ FN vec3 pure_pattern(uint op, uint mode, IN(ProgramArguments) a) {
   }
 }
 
-FN uint pure_group(uint op) {
-  if (op == OP_NOISE_F || op == OP_NOISE_V) return GROUP_NOISE;
-  if (op == OP_VORONOI_F || op == OP_VORONOI_V) return GROUP_VORONOI;
-  if (op == OP_GABOR_F) return GROUP_GABOR;
-  if (op >= OP_WHITE_NOISE_F) return GROUP_PATTERN;
-  if (op >= OP_MIX_COLOR) return GROUP_COLOR;
-  const bool number = op == OP_LUMINANCE || op == OP_AVERAGE || op == OP_COMPONENT || op == OP_MATH ||
-                      op == OP_VECTOR_MATH_F || op == OP_CLAMP_F || op == OP_MAP_RANGE_F || op == OP_MIX_F ||
-                      op == OP_RADIAL_TILING_F;
-  return number ? GROUP_MATH : GROUP_VECTOR;
-}
-
 // The result of a pure op; of a number, x holds it. 0 where the op's group is left out.
 FN vec3 program_pure(uint op, uint mode, IN(ProgramArguments) a) {
-  const uint group = pure_group(op);
+  const uint group = program_group(op);
   if (PROGRAM_GROUP(GROUP_MATH) && group == GROUP_MATH) return vec3(pure_math(op, mode, a), 0.0f, 0.0f);
   if (PROGRAM_GROUP(GROUP_VECTOR) && group == GROUP_VECTOR) return pure_vector(op, mode, a);
   if (PROGRAM_GROUP(GROUP_COLOR) && group == GROUP_COLOR) return pure_color(op, mode, a);
   if (PROGRAM_GROUP(GROUP_NOISE) && group == GROUP_NOISE) return pure_noise(op, mode, a);
   if (PROGRAM_GROUP(GROUP_VORONOI) && group == GROUP_VORONOI) return pure_voronoi(op, mode, a);
+  if (PROGRAM_GROUP(GROUP_WAVE) && group == GROUP_WAVE) {
+    return vec3(op_wave_f(mode, argument3(a, 0), a.v[3], a.v[4], a.v[5], a.v[6], a.v[7], a.v[8]));
+  }
   if (PROGRAM_GROUP(GROUP_PATTERN) && group == GROUP_PATTERN) return pure_pattern(op, mode, a);
   if (PROGRAM_GROUP(GROUP_GABOR) && group == GROUP_GABOR) {
     return vec3(op_gabor_f(mode, argument3(a, 0), a.v[3], a.v[4], a.v[5], a.v[6], argument3(a, 7)), 0.0f, 0.0f);
