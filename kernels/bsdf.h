@@ -18,7 +18,8 @@ const uint BSDF_DIFFUSE = 1u;
 const uint BSDF_GLOSSY = 2u;
 const uint BSDF_SINGULAR = 4u;  // a mirror: no light sample can meet it
 const uint BSDF_SHARP = 8u;  // of a MATERIAL_SHARP
-const uint BSDF_THROUGH = 16u;  // no lobe: the ray goes straight on
+const uint BSDF_TRANSMIT = 16u;  // goes through the surface
+const uint BSDF_THROUGH = 32u;  // no lobe: the ray goes straight on
 
 // Weights of lobes below this count as none, as in Cycles.
 const float BSDF_WEIGHT_CUTOFF = 1e-5f;
@@ -51,18 +52,21 @@ struct BsdfSample {
   vec3 wi;
   float pdf;  // of all lobes together, solid angle; of a mirror: the probability of its choice; 0: no sample
   vec3 weight;  // f cos / pdf
-  uint lobe;  // BSDF_DIFFUSE or BSDF_GLOSSY; with it BSDF_SINGULAR, BSDF_SHARP
+  uint lobe;  // BSDF_DIFFUSE or BSDF_GLOSSY; with it BSDF_SINGULAR, BSDF_SHARP, BSDF_TRANSMIT
 };
 
 // Index of refraction of the dielectric layer, and its F0, after "Specular IOR Level"; at 1 there is no layer.
-FN float principled_eta(IN(Material) material, OUT(float) f0) {
-  const float ior = max(material.ior, 1e-5f);
-  const float level = max(material.specular_level, 0.0f);
+FN float dielectric_eta(float material_ior, float specular_level, OUT(float) f0) {
+  const float ior = max(material_ior, 1e-5f);
+  const float level = max(specular_level, 0.0f);
   f0 = F0_from_ior(ior);
   if (level == 0.5f) return ior;
   f0 *= 2.0f * level;
   const float eta = ior_from_F0(f0);
   return select(ior < 1.0f, 1.0f / eta, eta);
+}
+FN float principled_eta(IN(Material) material, OUT(float) f0) {
+  return dielectric_eta(material.ior, material.specular_level, f0);
 }
 
 // Share of the material that is metal, and what is left for the layers beside it.
@@ -205,6 +209,21 @@ FN vec3 bsdf_prepare_model(IN(SceneData) scene, IN(Material) material, vec3 n, v
   const uint sharp = select((material.flags & MATERIAL_SHARP) != 0u, BSDF_SHARP, 0u);
   bsdf.lobes = BSDF_DIFFUSE | select(bsdf.p_glossy > 0.0f, kind | sharp, 0u);
   return albedo;
+}
+
+// No lobe at all, of a surface with normal n.
+FN void bsdf_prepare_nothing(vec3 n, vec3 wo, OUT(Bsdf) bsdf) {
+  bsdf_clear_glossy(bsdf);
+  bsdf.n = n;
+  bsdf.p_glossy = 0.0f;
+  bsdf.diffuse = vec3(0.0f);
+  bsdf.no = dot(n, wo);
+  bsdf.n_glossy = n;
+  bsdf.unused = 0.0f;
+  bsdf.n_smooth = n;
+  bsdf.unused2 = 0.0f;
+  bsdf.lobes = 0u;
+  model_clear(bsdf.model);
 }
 
 // Prepares the lobes of a material toward wo. `n` is the shading normal on the side of the geometric normal that faces

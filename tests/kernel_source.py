@@ -20,7 +20,9 @@ from native_build import BUILD, ROOT, included
 
 KERNELS = ROOT / 'kernels'
 # Every header is both languages', except the one that is C++'s side of the bargain.
-HEADERS = sorted(path for path in KERNELS.glob('*.h') if path.name != 'language_cpp.h')
+HEADERS = sorted(
+    path for path in KERNELS.rglob('*.h') if path.name != 'language_cpp.h' and path.parent.name != 'program'
+)
 # Ops of shading programs: what reads none of them does not include them.
 PROGRAM_HEADERS = sorted((KERNELS / 'program').glob('*.h'))
 EVERY_HEADER = [*HEADERS, *PROGRAM_HEADERS]
@@ -44,6 +46,11 @@ _CONSTANT = re.compile(r'^const uint (\w+) = (\w+?)u;', re.MULTILINE)
 
 _SCALARS = {'float': np.dtype('<f4'), 'uint': np.dtype('<u4'), 'int': np.dtype('<i4')}
 _VECTORS = {'vec': 'float', 'uvec': 'uint', 'ivec': 'int'}
+
+
+def include(path: Path) -> str:
+    """The line that includes a header."""
+    return f'#include "{path.relative_to(KERNELS).as_posix()}"\n'
 
 
 @cache
