@@ -39,6 +39,7 @@ def render_settings(
         max_bounces=own.max_bounces,
         diffuse_bounces=own.diffuse_bounces,
         glossy_bounces=own.glossy_bounces,
+        transmission_bounces=own.transmission_bounces,
         transparent_bounces=own.transparent_bounces,
         adaptive=own.use_adaptive_sampling,
         noise_threshold=own.noise_threshold,

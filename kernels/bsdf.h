@@ -7,6 +7,7 @@
 #include "bsdf_tables.h"
 #include "microfacet.h"
 #include "model.h"
+#include "reflection_normal.h"
 #include "sampling.h"
 #include "scene_types.h"
 
@@ -171,27 +172,6 @@ FN void bsdf_clear_glossy(INOUT(Bsdf) bsdf) {
   bsdf.fresnel_f0 = 0.0f;
 }
 
-// A smooth normal may lean so far from the triangle that the mirror direction lies below it. Glossy lobes then take a
-// normal in the plane of n and ng that lifts the mirror direction to `threshold` above the triangle (as Cycles does).
-// With N' = (x, 0, z) and wo = (ox, ., oz) in that plane, the condition 2 (x ox + z oz) z - oz = threshold, squared, is
-// quadratic in z^2.
-FN vec3 normal_for_reflection(vec3 n, vec3 ng, vec3 wo) {
-  const float oz = dot(wo, ng);
-  const float threshold = min(0.9f * oz, 0.01f);
-  const vec3 mirror = n * (2.0f * dot(n, wo)) - wo;
-  if (dot(mirror, ng) >= threshold) return n;
-  float len;
-  const vec3 x_axis = safe_normalize(n - ng * dot(n, ng), len);
-  if (!(len > 0.0f)) return n;
-  const float ox = dot(wo, x_axis);
-  const float a = max(ox * ox + oz * oz, 1e-20f);
-  const float b = 2.0f * (a + oz * threshold);
-  const float c = sqr(threshold + oz);
-  const float root = sqrt(max(b * b - 4.0f * a * c, 0.0f));
-  const float z2 = clamp(0.25f * (b + select(ox < 0.0f, root, -root)) / a, 0.0f, 1.0f);
-  return x_axis * sqrt(1.0f - z2) + ng * sqrt(z2);
-}
-
 // The same for a material with a model other than Principled: of Bsdf itself, only normals, flags and the albedo count.
 FN vec3 bsdf_prepare_model(IN(SceneData) scene, IN(Material) material, vec3 n, vec3 ng, vec3 wo, INOUT(Bsdf) bsdf) {
   const MaterialModel model = LOAD(scene.models, material.flags >> MATERIAL_INDEX_SHIFT);
@@ -209,21 +189,6 @@ FN vec3 bsdf_prepare_model(IN(SceneData) scene, IN(Material) material, vec3 n, v
   const uint sharp = select((material.flags & MATERIAL_SHARP) != 0u, BSDF_SHARP, 0u);
   bsdf.lobes = BSDF_DIFFUSE | select(bsdf.p_glossy > 0.0f, kind | sharp, 0u);
   return albedo;
-}
-
-// No lobe at all, of a surface with normal n.
-FN void bsdf_prepare_nothing(vec3 n, vec3 wo, OUT(Bsdf) bsdf) {
-  bsdf_clear_glossy(bsdf);
-  bsdf.n = n;
-  bsdf.p_glossy = 0.0f;
-  bsdf.diffuse = vec3(0.0f);
-  bsdf.no = dot(n, wo);
-  bsdf.n_glossy = n;
-  bsdf.unused = 0.0f;
-  bsdf.n_smooth = n;
-  bsdf.unused2 = 0.0f;
-  bsdf.lobes = 0u;
-  model_clear(bsdf.model);
 }
 
 // Prepares the lobes of a material toward wo. `n` is the shading normal on the side of the geometric normal that faces

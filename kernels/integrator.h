@@ -4,12 +4,10 @@
 #ifndef COTORRA_INTEGRATOR_H
 #define COTORRA_INTEGRATOR_H
 
-#include "bsdf.h"
 #include "light.h"
 #include "light_shape.h"
-#include "material.h"
 #include "sampling.h"
-#include "surface.h"
+#include "surface_shading.h"
 
 #ifdef __cplusplus
 namespace cotorra {
@@ -34,6 +32,7 @@ struct IntegratorData {
   uint glossy_bounces;
   uint roulette_start;   // the bounce from which a path may end at random
   uint transparent_bounces;  // surfaces that let rays through, all along a path, shadow rays included
+  uint transmission_bounces;
 };
 
 // Limits of transparent surfaces from here on are none.
@@ -49,6 +48,7 @@ struct PathState {
   uint ray_kind;         // VISIBLE_* bit of the ray
   uint random;           // reversed sampler index
   uint transparent_bounces;  // surfaces that let the path through so far
+  uint transmission_bounces;
   float kind_pdf;        // as pdf, and
   vec3 kind_weight;      // a factor on throughput: for light that rays of this kind alone see, see path_note_kind
   float passed;          // metres from the last vertex to the ray's origin, which lies on a surface that let it through
@@ -76,6 +76,7 @@ FN void path_begin(uint random, OUT(PathState) path) {
   path.ray_kind = VISIBLE_CAMERA;
   path.random = random;
   path.transparent_bounces = 0u;
+  path.transmission_bounces = 0u;
   path.kind_pdf = 0.0f;
   path.kind_weight = vec3(1.0f);
   path.passed = 0.0f;
@@ -93,6 +94,7 @@ FN ShaderPoint path_point(IN(SceneData) scene, IN(PathState) path, IN(Surface) s
   at.diffuse_bounces = path.diffuse_bounces;
   at.glossy_bounces = path.glossy_bounces;
   at.transparent_bounces = path.transparent_bounces;
+  at.transmission_bounces = path.transmission_bounces;
   return at;
 }
 
@@ -158,64 +160,6 @@ FN vec3 path_emission(IN(SceneData) scene, IN(PathState) path, IN(Surface) s, IN
   return throughput * material_emission(scene, s.material, material, at) * weight;
 }
 
-// ---- The surface
-
-// What a path meets of a surface: its material there, and the closure that was drawn.
-struct SurfaceShading {
-  Material material;
-  vec3 weight;  // a factor on the path's throughput
-  uint kind;    // CLOSURE_*; CLOSURE_KINDS: the material as it is
-};
-
-// A diffuse surface as the constants of a Principled one, which then has no other lobe.
-FN void material_diffuse(vec3 color, INOUT(Material) m) {
-  m.base_color = color;
-  m.metallic = 0.0f;
-  m.specular_level = 0.0f;
-  m.ior = 1.0f;
-  m.roughness = 1.0f;
-  m.flags &= ~(MATERIAL_SPECULAR | MATERIAL_SHARP);
-}
-
-// Draws the closure of a surface whose program has run, and takes over its arguments; s.n becomes its normal.
-FN void surface_take(IN(SceneData) scene, IN(MaterialProgram) program, IN(ShaderPoint) at, float u, INOUT(Surface) s,
-                     INOUT(SurfaceShading) shading PROGRAM_MEMORY) {
-  const SurfacePick pick = surface_draw(scene, program, u PROGRAM_SAME_MEMORY);
-  shading.weight = pick.weight;
-  shading.kind = pick.kind;
-  if (pick.kind == CLOSURE_PRINCIPLED) {
-    pick_principled(scene, pick, shading.material PROGRAM_SAME_MEMORY);
-    s.n = pick_normal(scene, pick, at, PRINCIPLED_NORMAL PROGRAM_SAME_MEMORY);
-    // Of other models the scene's flag holds, which is set where any texel could be sharp.
-    const bool principled = (shading.material.flags & MATERIAL_MODEL) == 0u;
-    if (principled && shading.material.roughness >= SHARP_ROUGHNESS) shading.material.flags &= ~MATERIAL_SHARP;
-    return;
-  }
-  material_diffuse(vec3(0.0f), shading.material);
-  if (pick.kind == CLOSURE_DIFFUSE) {
-    shading.material.base_color = max(pick_vector(scene, pick, 0u PROGRAM_SAME_MEMORY), vec3(0.0f));
-    s.n = pick_normal(scene, pick, at, 2u PROGRAM_SAME_MEMORY);
-  }
-}
-
-FN void surface_begin(IN(SceneData) scene, IN(Surface) s, OUT(SurfaceShading) shading) {
-  shading.material = LOAD(scene.materials, s.material);
-  shading.weight = vec3(1.0f);
-  shading.kind = CLOSURE_KINDS;
-}
-
-// The same from the beginning, for one point. The CPU runs the programs of many at once.
-FN void surface_shading(IN(SceneData) scene, IN(ShaderPoint) at, float u, INOUT(Surface) s,
-                        OUT(SurfaceShading) shading) {
-  surface_begin(scene, s, shading);
-  if (!material_varies(shading.material)) return;
-  const MaterialProgram program = LOAD(scene.programs, s.material);
-  if (program.surface.first == NO_PROGRAM) return;
-  PROGRAM_BEGIN_MEMORY;
-  program_run(scene, at, program.surface, program.constants PROGRAM_SAME_MEMORY);
-  surface_take(scene, program, at, u, s, shading PROGRAM_SAME_MEMORY);
-}
-
 // Amount by which a shadow ray's start is lifted onto the smooth surface, 0 to 1: full where the light is about to set
 // behind the flat triangle, nothing where it stands high (Cycles' "geometry offset", cutoff 0.1 by default). 0 for a
 // cutoff of 0.
@@ -230,27 +174,17 @@ FN float terminator_amount(float cutoff, float n_wi, float ng_wi) {
 FN vec3 shadow_ray_origin(IN(SceneData) scene, IN(Surface) s, vec3 wi) {
   const float amount = terminator_amount(s.terminator, dot(s.n, wi), dot(s.ng, wi));
   vec3 origin = surface_ray_origin(s.p, s.ng, s.epsilon, wi);
-  if (amount > 0.0f) origin += surface_smooth_lift(scene, s.instance, s.triangle, s.u, s.v, s.ng) * amount;
+  // Light from behind starts behind, where nothing lifts it.
+  if (amount > 0.0f && dot(s.n, wi) > 0.0f)
+    origin += surface_smooth_lift(scene, s.instance, s.triangle, s.u, s.v, s.ng) * amount;
   return origin;
-}
-
-// BSDF times cosine toward wi, without the lobes that the light is hidden from; pdf is that of rays that see the light.
-FN vec3 visible_bsdf(IN(Bsdf) bsdf, vec3 wo, vec3 wi, uint visibility, OUT(float) pdf) {
-  vec3 glossy;
-  float all;
-  const vec3 diffuse = bsdf_eval_lobes(bsdf, wo, wi, glossy, all);
-  const bool to_diffuse = (visibility & VISIBLE_DIFFUSE) != 0u;
-  const bool to_glossy = (visibility & VISIBLE_GLOSSY) != 0u;
-  const float part = min(bsdf_diffuse_pdf(bsdf, wi), all);
-  pdf = select(to_diffuse, select(to_glossy, all, part), select(to_glossy, all - part, 0.0f));
-  return select(to_diffuse, diffuse, vec3(0.0f)) + select(to_glossy, glossy, vec3(0.0f));
 }
 
 // Takes note of what the ray would carry if it were of a scene without the other kind of lobe: light that rays of its
 // kind alone see must not be weighed with lobes that it is hidden from. The lobe's own sample is throughput x
 // kind_weight, its density kind_pdf.
-FN void path_note_kind(IN(Bsdf) bsdf, vec3 wo, vec3 wi, INOUT(PathState) path) {
-  if (!(path.pdf > 0.0f)) return;  // a mirror's ray is its own
+FN void path_note_kind(IN(Bsdf) bsdf, IN(Lobe) lobe, vec3 wo, vec3 wi, INOUT(PathState) path) {
+  if (!(path.pdf > 0.0f) || has_lobe(lobe)) return;  // a mirror's ray is its own, and so is that of one lobe
   float all_pdf;
   const vec3 all = visible_bsdf(bsdf, wo, wi, VISIBLE_SCATTERED, all_pdf);
   const vec3 own = visible_bsdf(bsdf, wo, wi, path.ray_kind, path.kind_pdf);
@@ -268,6 +202,16 @@ FN vec3 light_contribution(IN(Light) light, IN(LightSample) l, IN(Bsdf) bsdf, ve
     // Only sharp highlights share the work with bounces; elsewhere light sampling does all of it.
     weight *= select((bsdf.lobes & BSDF_SHARP) != 0u, power_heuristic(l.pdf, bsdf_pdf), 1.0f);
   }
+  return throughput * f * l.weight * weight;
+}
+
+// The same of a Lobe.
+FN vec3 lobe_light_contribution(IN(SceneData) scene, IN(Light) light, IN(LightSample) l, IN(Bsdf) bsdf, IN(Lobe) lobe,
+                                vec3 wo, vec3 throughput, float scale) {
+  float pdf;
+  const vec3 f = visible_scattering(scene, bsdf, lobe, wo, l.wi, light.visibility, pdf);
+  const bool shared_work = (light.flags & LIGHT_VISIBLE) != 0u && !lobe_is_diffuse(lobe);
+  const float weight = FEATURE(FEATURE_BSDF_RAYS) && shared_work ? scale * power_heuristic(l.pdf, pdf) : scale;
   return throughput * f * l.weight * weight;
 }
 
@@ -293,30 +237,38 @@ FN Surface smooth_surface(IN(Surface) s, IN(Bsdf) bsdf) {
 }
 
 // One sample of lamp `index`. Returns false where nothing can arrive.
-FN bool path_sample_light(IN(SceneData) scene, uint index, IN(PathState) path, IN(Surface) s, IN(Bsdf) bsdf, vec3 wo,
-                          vec2 u, float scale, OUT(ShadowRay) ray) {
+FN bool path_sample_light(IN(SceneData) scene, uint index, IN(PathState) path, IN(Surface) s, IN(Bsdf) bsdf,
+                          IN(Lobe) lobe, vec3 wo, vec2 u, float scale, OUT(ShadowRay) ray) {
   const Light light = LOAD(scene.lights, index);
   LightSample l;
   light_sample(light, s.p, s.n, u, l);
   if (FEATURE(FEATURE_LIGHT_SHAPES)) l.weight *= scene_light_shape(scene, index, light, s.p, l.wi);
-  const vec3 contribution = light_contribution(light, l, bsdf, wo, path.throughput, scale);
+  vec3 contribution;
+  if (has_lobe(lobe)) {
+    contribution = lobe_light_contribution(scene, light, l, bsdf, lobe, wo, path.throughput, scale);
+  } else {
+    contribution = light_contribution(light, l, bsdf, wo, path.throughput, scale);
+  }
   const Surface start = smooth_surface(s, bsdf);
   return light_shadow_ray(scene, light, start, path.bounce, l.wi, l.distance, contribution, ray);
 }
 
-// A quick bound of what lamp `index` may contribute at the surface, to choose lamps by.
-FN float light_importance(IN(SceneData) scene, uint index, IN(Surface) s) {
+// A quick bound of what lamp `index` may contribute at the surface, to choose lamps by; `both_sides`: light from behind
+// counts as well.
+FN float light_importance(IN(SceneData) scene, uint index, IN(Surface) s, bool both_sides) {
   Light light = LOAD(scene.lights, index);
   if (light.type == LIGHT_SUN) {
     const float size = select(light.radius > 0.0f, 2.0f * PI * light.radius, 1.0f);
-    return luminance(light.radiance) * size * max(dot(s.n, -light.axis) + sqrt(2.0f * light.radius), 0.0f);
+    const float c = -dot(s.n, light.axis);
+    return luminance(light.radiance) * size * max((both_sides ? abs(c) : c) + sqrt(2.0f * light.radius), 0.0f);
   }
   float d;
   const vec3 wi = safe_normalize(light.position - s.p, d);
   const float r2 = light.radius * light.radius;
   const float power = luminance(light.radiance) * select(light.radius > 0.0f, PI * r2, 1.0f);
   // The widest cosine that the light's disk can show.
-  const float cosine = min(max(dot(s.n, wi), 0.0f) + light.radius / max(d, 1e-6f), 1.0f);
+  const float c = dot(s.n, wi);
+  const float cosine = min(max(both_sides ? abs(c) : c, 0.0f) + light.radius / max(d, 1e-6f), 1.0f);
   // Points of a lamp of size send light past the edge of the cone about its centre: cos(a - b) <= cos a + sin b.
   light.cos_spot -= light.radius / max(d, 1e-6f);
   float spot = light.type == LIGHT_SPOT && light.radius < d ? spot_attenuation(light, wi) : 1.0f;
@@ -330,12 +282,12 @@ FN float light_importance(IN(SceneData) scene, uint index, IN(Surface) s) {
 
 // One lamp out of many, in proportion to its importance, by reservoir sampling with one number.
 // Returns its index, INVALID_ID where none can contribute; `scale` is 1 / probability.
-FN uint path_pick_light(IN(SceneData) scene, IN(Surface) s, float u, OUT(float) scale) {
+FN uint path_pick_light(IN(SceneData) scene, IN(Surface) s, bool both_sides, float u, OUT(float) scale) {
   float sum = 0.0f;
   float chosen = 0.0f;
   uint pick = INVALID_ID;
   for (uint i = 0u; i < scene.light_count; ++i) {
-    const float w = light_importance(scene, i, s);
+    const float w = light_importance(scene, i, s, both_sides);
     sum += w;
     const float p = sum > 0.0f ? w / sum : 0.0f;
     if (u < p) {
@@ -370,8 +322,8 @@ FN vec3 emitter_radiance(IN(SceneData) scene, IN(Emitter) e, vec2 b, vec3 wi, fl
 }
 
 // One sample of the emitting triangles.
-FN bool path_sample_emitter(IN(SceneData) scene, IN(PathState) path, IN(Surface) s, IN(Bsdf) bsdf, vec3 wo,
-                            float u_pick, vec2 u, OUT(ShadowRay) ray) {
+FN bool path_sample_emitter(IN(SceneData) scene, IN(PathState) path, IN(Surface) s, IN(Bsdf) bsdf, IN(Lobe) lobe,
+                            vec3 wo, float u_pick, vec2 u, OUT(ShadowRay) ray) {
   // 1. Pick a triangle by the cumulated distribution.
   uint first = 0u;
   uint last = scene.emitter_count - 1u;
@@ -394,7 +346,7 @@ FN bool path_sample_emitter(IN(SceneData) scene, IN(PathState) path, IN(Surface)
   const float area_pdf = luminance(e.radiance) * scene.emitter_norm;
   const float pdf = area_pdf * d * d / max(cos_light, 1e-8f);
   float bsdf_pdf;
-  const vec3 f = visible_bsdf(bsdf, wo, wi, e.visibility, bsdf_pdf);
+  const vec3 f = visible_scattering(scene, bsdf, lobe, wo, wi, e.visibility, bsdf_pdf);
   const vec3 radiance = emitter_radiance(scene, e, b, wi, d);
   ray.contribution = path.throughput * f * radiance * (power_heuristic(pdf, bsdf_pdf) / pdf);
   ray.direction = wi;
@@ -419,18 +371,22 @@ FN void path_leave(IN(SceneData) scene, INOUT(PathState) path, IN(Surface) s) {
 }
 
 // Takes a path on along a sampled direction. Returns false where it ends.
-FN bool path_advance(IN(SceneData) scene, IN(IntegratorData) integrator, INOUT(PathState) path, IN(Surface) s, IN(BsdfSample) b,
-                     float u_roulette, OUT(vec3) origin) {
+FN bool path_advance(IN(SceneData) scene, IN(IntegratorData) integrator, INOUT(PathState) path, IN(Surface) s,
+                     IN(BsdfSample) b, float u_roulette, OUT(vec3) origin) {
   origin = s.p;
-  // A direction below the flat triangle would only meet the surface from inside.
-  if (!(b.pdf > 0.0f) || dot(b.wi, s.ng) <= 0.0f) return false;
+  const bool through = FEATURE(FEATURE_LOBES) && (b.lobe & BSDF_TRANSMIT) != 0u;
+  // What is reflected below the flat triangle would only meet the surface from inside, and the other way round.
+  if (!(b.pdf > 0.0f) || dot(b.wi, s.ng) * select(through, -1.0f, 1.0f) <= 0.0f) return false;
   path.throughput *= b.weight;
   path.pdf = select((b.lobe & BSDF_SINGULAR) != 0u, 0.0f, b.pdf);
   path.kind_pdf = path.pdf;
   path.kind_weight = vec3(1.0f);
-  path.normal = s.n;
+  path.normal = select(through, -s.n, s.n);
   path.bounce += 1u;
-  if ((b.lobe & BSDF_DIFFUSE) != 0u) {
+  if (through) {
+    path.transmission_bounces += 1u;
+    path.ray_kind = VISIBLE_TRANSMISSION;
+  } else if ((b.lobe & BSDF_DIFFUSE) != 0u) {
     path.diffuse_bounces += 1u;
     path.ray_kind = VISIBLE_DIFFUSE;
   } else {
@@ -461,16 +417,17 @@ FN bool path_pass(IN(SceneData) scene, INOUT(PathState) path, IN(Surface) s, vec
 
 // The next direction. Returns false where the path ends.
 FN bool path_bounce(IN(SceneData) scene, IN(IntegratorData) integrator, INOUT(PathState) path, IN(Surface) s,
-                    IN(Bsdf) bsdf, vec3 wo, vec2 u, vec2 u_choice, OUT(vec3) origin, OUT(vec3) direction) {
+                    IN(Bsdf) bsdf, IN(Lobe) lobe, vec3 wo, vec2 u, vec2 u_choice, OUT(vec3) origin,
+                    OUT(vec3) direction) {
   if (FEATURE(FEATURE_PROGRAMS) && (bsdf.lobes & BSDF_THROUGH) != 0u) {
     direction = -wo;
     return path_pass(scene, path, s, wo, origin);
   }
   BsdfSample b;
-  bsdf_sample(bsdf, wo, u_choice.x, u, b);
+  scattering_sample(scene, bsdf, lobe, wo, u_choice.x, u, b);
   direction = b.wi;
   if (!path_advance(scene, integrator, path, s, b, u_choice.y, origin)) return false;
-  if (scene.light_kinds != 0u) path_note_kind(bsdf, wo, b.wi, path);
+  if (scene.light_kinds != 0u) path_note_kind(bsdf, lobe, wo, b.wi, path);
   return true;
 }
 
@@ -492,6 +449,7 @@ FN float shadow_kept(IN(IntegratorData) integrator, uint crossed, float kept) {
 FN bool path_is_last(IN(IntegratorData) integrator, IN(PathState) path) {
   return path.bounce > integrator.max_bounces || path.diffuse_bounces > integrator.diffuse_bounces ||
          path.glossy_bounces > integrator.glossy_bounces ||
+         path.transmission_bounces > integrator.transmission_bounces ||
          path_crossed_too_many(integrator, path.transparent_bounces + 1u);
 }
 

@@ -62,6 +62,7 @@ struct SurfacePick {
   uint arguments;
   uint constants;
   vec3 weight;  // over the probability with which it was drawn
+  float u;      // what is left of the random number
 };
 
 FN float closure_share(vec3 weight) { return (max(weight.x, 0.0f) + max(weight.y, 0.0f) + max(weight.z, 0.0f)); }
@@ -94,6 +95,7 @@ FN SurfacePick surface_draw(IN(SceneData) scene, IN(MaterialProgram) program, fl
     }
     u = min(u, 0.99999994f);
   }
+  pick.u = u;
   const float share = closure_share(pick.weight);
   if (share > 0.0f && share != total) pick.weight *= total / share;
   return pick;

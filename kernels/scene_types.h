@@ -5,6 +5,7 @@
 #define COTORRA_SCENE_TYPES_H
 
 #include "language.h"
+#include "closure/principled_inputs.h"
 #include "program/types.h"
 
 #ifdef __cplusplus
@@ -31,6 +32,7 @@ const uint FEATURE_TERMS = 8192u;          // passes show D, G, F or lamps one b
 const uint FEATURE_OCCLUSION = 16384u;     // ambient occlusion, as a picture, a pass or an ambient term
 const uint FEATURE_WHITTED = 32768u;       // the integrator is Whitted
 const uint FEATURE_TOON = 65536u;          // the integrator is Toon
+const uint FEATURE_LOBES = 131072u;        // a material has lobes that bsdf.h lacks; implies FEATURE_SPECULAR
 
 // ---- Ray visibility, as Blender's visible_* flags; also Embree's ray masks.
 const uint VISIBLE_CAMERA = 1u;
@@ -110,6 +112,7 @@ const uint MATERIAL_MULTI_GGX = 16u;   // microfacet energy is preserved (Blende
 const uint MATERIAL_PROGRAM = 512u;    // a part of it varies (MaterialProgram)
 const uint MATERIAL_TINTED = 2048u;    // what it lets through has a colour: a program says what
 const uint MATERIAL_MODEL = 1024u;     // its reflection model is not Principled
+const uint MATERIAL_LOBES = 4096u;     // SceneData.principled has its inputs
 const uint MATERIAL_INDEX_SHIFT = 14u;  // above: of a MATERIAL_MODEL, its place in SceneData.models
 
 // One material: Principled BSDF, as far as it is a constant.
@@ -274,6 +277,7 @@ BUFFER_REF(Mesh, MeshBuffer)
 BUFFER_REF(Instance, InstanceBuffer)
 BUFFER_REF(Emitter, EmitterBuffer)
 BUFFER_REF(MaterialModel, MaterialModelBuffer)
+BUFFER_REF(PrincipledInputs, PrincipledBuffer)
 
 // ---- What programs read. All of the buffers are null where no material is a program (without FEATURE_PROGRAMS).
 const uint TEXELS_UINT8 = 0u;  // the largest number of both integer kinds is 1
@@ -383,6 +387,7 @@ struct SceneData {
   FloatBuffer program_constants;
   FloatBuffer tables;  // ramps and curves of all programs
   MeshTexturesBuffer mesh_textures;  // [meshes]
+  PrincipledBuffer principled;  // [materials], of those with MATERIAL_LOBES; null where there are none
   ObjectSpaceBuffer object_spaces;  // [instances], null where no program asks
   InstanceInfoBuffer instance_infos;  // [instances], null where no program asks
   Vec4Buffer instance_attributes;  // [layers * instances]
@@ -391,13 +396,15 @@ struct SceneData {
   uint camera_orthographic;
   uint uv_layer_count;  // layers of UV maps, which come before those of attributes
   uint light_kinds;  // 1: diffuse or glossy rays alone see some light (PathState.kind_weight)
+  uint lobes;  // 1: closures are lobes; 0: the constants of the nearest Principled, as the classic integrators know them
   float camera_spread;  // metres that a ray of a pixel is wide, a metre on; orthographic: anywhere
+  uint unused;
 };
 
 #ifdef __cplusplus
 static_assert(sizeof(Light) == 112 && sizeof(Material) == 64 && sizeof(Mesh) == 56 && sizeof(Instance) == 112 &&
               sizeof(Emitter) == 96 && sizeof(LightShape) == 32 && sizeof(MaterialModel) == 160 &&
-              sizeof(ClassicMaterial) == 64 && sizeof(SceneData) == 304);
+              sizeof(ClassicMaterial) == 64 && sizeof(SceneData) == 320);
 static_assert(sizeof(Texture) == 32 && sizeof(MeshTextures) == 128 && sizeof(ObjectSpace) == 64 &&
               sizeof(InstanceInfo) == 32);
 }  // namespace cotorra

@@ -88,31 +88,24 @@ bool shade(uint lane) {
     if (FEATURE(FEATURE_DATA_PASSES) && path.bounce == 0u) WAVE.records.v[lane].emission += emitted;
   }
   if (path_is_last(WAVE.integrator, path)) return false;  // it only brought light home
-  const vec3 smooth_normal = s.n;
-  bool through = false;
-  vec3 weight = vec3(1.0f);
-  if (FEATURE(FEATURE_PROGRAMS)) {
-    const float u = vertex_random(path, pixel_of(lane).block_seed, PAIR_CLOSURE).x;
-    const ShaderPoint at = path_point(WAVE.scene, path, s, -ray.direction, hit.t);
-    SurfaceShading shading;
-    surface_shading(WAVE.scene, at, u, s, shading);
-    material = shading.material;
-    weight = shading.weight;
-    through = shading.kind == CLOSURE_TRANSPARENT;
-    path.throughput = path.throughput * weight;
-    WAVE.paths.v[lane].throughput = path.throughput;
-  }
   // Neither Toon nor a picture of the sky asks what the surface does with light.
   const bool lit = !FEATURE(FEATURE_TOON) && !(FEATURE(FEATURE_OCCLUSION) && flag(WAVE_OCCLUSION_PICTURE));
   Bsdf bsdf;
-  if (lit || FEATURE(FEATURE_DATA_PASSES | FEATURE_TERMS)) {
+  Lobe lobe;
+  vec3 weight = vec3(1.0f);
+  if (FEATURE(FEATURE_PROGRAMS | FEATURE_LOBES)) {
+    const float u = vertex_random(path, pixel_of(lane).block_seed, PAIR_CLOSURE).x;
+    const ShaderPoint at = path_point(WAVE.scene, path, s, -ray.direction, hit.t);
+    SurfaceShading shading;
+    surface_shading(WAVE.scene, at, u, s, shading, bsdf, lobe);
+    material = shading.material;
+    weight = shading.weight;
+    path.throughput = path.throughput * weight;
+    WAVE.paths.v[lane].throughput = path.throughput;
+  } else if (lit || FEATURE(FEATURE_DATA_PASSES | FEATURE_TERMS)) {
     bsdf_prepare(WAVE.scene, material, s.n, s.ng, -ray.direction, bsdf);
-    if (FEATURE(FEATURE_PROGRAMS)) {
-      bsdf.n_smooth = smooth_normal;
-      if (through) bsdf.lobes = BSDF_THROUGH;
-    }
-    if (FEATURE(FEATURE_WHITTED)) whitted_prepare(material, LOAD(WAVE.scene.classic, s.material), bsdf);
   }
+  if (FEATURE(FEATURE_WHITTED)) whitted_prepare(material, LOAD(WAVE.scene.classic, s.material), bsdf);
   if (FEATURE(FEATURE_DATA_PASSES) && path.bounce == 0u) record(lane, s, material, bsdf.diffuse * weight * PI);
   if (FEATURE(FEATURE_TERMS) && flag(WAVE_TERMS_PASS) && path.bounce == 0u) {
     record_terms(lane, s, bsdf, -ray.direction);
@@ -121,6 +114,7 @@ bool shade(uint lane) {
   if (FEATURE(FEATURE_TOON)) STORE(WAVE.base_colors, lane, material.base_color);
   STORE(WAVE.surfaces, lane, s);
   if (lit) STORE(WAVE.bsdfs, lane, bsdf);
+  if (FEATURE(FEATURE_LOBES) && lit) STORE(WAVE.lobes, lane, lobe);
   if (FEATURE(FEATURE_WHITTED)) push_children(lane, path, s, material, bsdf, -ray.direction);
   return true;
 }

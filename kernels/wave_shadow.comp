@@ -14,7 +14,9 @@ bool cross_pane(Hit hit, inout ShadowRay ray, inout vec3 light) {
   ShaderPoint at = shader_point(s, -ray.direction, hit.t);
   at.ray_kind = VISIBLE_SHADOW;
   SurfaceShading shading;
-  surface_shading(WAVE.scene, at, 0.5f, s, shading);
+  Bsdf bsdf;
+  Lobe lobe;
+  surface_shading(WAVE.scene, at, 0.5f, s, shading, bsdf, lobe);
   ray.origin = surface_ray_origin(s.p, s.ng, s.epsilon, ray.direction);
   ray.t_max -= hit.t;
   return whitted_cross_pane(shading.material, LOAD(WAVE.scene.classic, s.material), s, ray.direction, hit.t, light);

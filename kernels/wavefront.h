@@ -120,6 +120,7 @@ BUFFER_RW(PathState, PathStateRwBuffer)
 BUFFER_RW(Hit, HitRwBuffer)
 BUFFER_RW(Surface, SurfaceRwBuffer)
 BUFFER_RW(Bsdf, BsdfRwBuffer)
+BUFFER_RW(Lobe, LobeRwBuffer)
 BUFFER_RW(ShadowRay, ShadowRayRwBuffer)
 BUFFER_RW(WaveSample, WaveSampleRwBuffer)
 BUFFER_RW(WaveRecord, WaveRecordRwBuffer)
@@ -152,6 +153,7 @@ struct WaveData {
   HitRwBuffer hits;
   SurfaceRwBuffer surfaces;
   BsdfRwBuffer bsdfs;
+  LobeRwBuffer lobes;  // with FEATURE_LOBES
   ShadowRayRwBuffer shadow_rays;
   WaveSampleRwBuffer samples;
   WaveRecordRwBuffer records;

@@ -31,8 +31,8 @@ class Renderer {
  public:
   Renderer(const RenderJob &job, Batch &batch, RayCounts &counts, int x0, int y0)
       : job_(job), scene_(*job.scene), b_(batch), counts_(counts) {
-    limits_ = {job.limits.max_bounces, job.limits.diffuse_bounces, job.limits.glossy_bounces, job.limits.roulette_start,
-               job.limits.transparent_bounces};
+    limits_ = {job.limits.max_bounces,    job.limits.diffuse_bounces,     job.limits.glossy_bounces,
+               job.limits.roulette_start, job.limits.transparent_bounces, job.limits.transmission_bounces};
     block_seed_ = sampler_block_seed(static_cast<uint>(x0), static_cast<uint>(y0), job.sample_bits, job.seed);
     arguments_.feature_mask = job.embree_features;
     if (FEATURE(FEATURE_TRANSPARENCY)) {
@@ -173,23 +173,43 @@ class Renderer {
     }
     for (std::size_t i = 0; i < next; ++i) {
       const Surface &s = b_.surface[i];
-      const vec3 smooth = b_.shading.n.get(i);
       const Material &material =
           FEATURE(FEATURE_PROGRAMS) ? b_.shaded[i].material : scene_.materials.v[s.material];
       Bsdf bsdf;
-      bsdf_prepare(scene_, material, s.n, s.ng, b_.shading.wo.get(i), bsdf);
-      if (FEATURE(FEATURE_PROGRAMS)) {
-        bsdf.n_smooth = smooth;
-        if (b_.shaded[i].kind == CLOSURE_TRANSPARENT) bsdf.lobes = BSDF_THROUGH;
+      if (FEATURE(FEATURE_PROGRAMS) && b_.shaded[i].kind != CLOSURE_KINDS) {
+        bsdf = b_.shading.bsdf(i);
+      } else {
+        const vec3 smooth = b_.shading.n.get(i);
+        if (wants(FEATURE_LOBES)) {
+          prepare_scattering(i, bounce, material, bsdf);
+        } else {
+          bsdf_prepare(scene_, material, s.n, s.ng, b_.shading.wo.get(i), bsdf);
+          if (FEATURE(FEATURE_LOBES)) b_.shading.lobe[i].kind = LOBE_NONE;
+        }
+        if (FEATURE(FEATURE_PROGRAMS)) bsdf.n_smooth = smooth;
       }
       if (wants(FEATURE_WHITTED)) whitted_prepare(material, scene_.classic.v[s.material], bsdf);
       b_.shading.set_bsdf(i, bsdf);
-      if (FEATURE(FEATURE_DATA_PASSES) && bounce == 0) record(b_.slot[i], s, material, bsdf.diffuse * (FEATURE(FEATURE_PROGRAMS) ? b_.shaded[i].weight * PI : vec3(PI)));
+      if (FEATURE(FEATURE_DATA_PASSES) && bounce == 0) {
+        const vec3 weight = FEATURE(FEATURE_PROGRAMS) ? b_.shaded[i].weight : vec3(1.0f);
+        record(b_.slot[i], s, material, bsdf.diffuse * weight * PI);
+      }
       if (FEATURE(FEATURE_TERMS) && bounce == 0 && job_.passes.terms) {
         record_terms(scene_, s.p, bsdf, b_.shading.wo.get(i), b_.pixel[b_.slot[i]], b_);
       }
     }
     return count;
+  }
+
+  void prepare_scattering(std::size_t i, uint bounce, const Material &material, Bsdf &bsdf) {
+    PathState &path = b_.path[i];
+    const float u = sampler_pair(path.random, pair_seed(bounce, PAIR_CLOSURE)).x;
+    Lobe lobe;
+    vec3 scale;
+    scattering_prepare(scene_, material, b_.surface[i], b_.shading.wo.get(i), u, bsdf, lobe, scale);
+    b_.shading.set_lobe(i, lobe);
+    path.throughput *= scale;
+    b_.shading.throughput.set(i, path.throughput);
   }
 
   void emission(const PathState &path, uint slot, uint bounce, const Hit &hit, vec3 direction) {
@@ -274,13 +294,13 @@ class Renderer {
                  b_.v2.data());
     }
     const Light &light = scene_.lights.v[index];
-    const uint scattering = VISIBLE_DIFFUSE | VISIBLE_GLOSSY;
+    const uint scattering = VISIBLE_SCATTERED | (wants(FEATURE_LOBES) ? VISIBLE_TRANSMISSION : 0u);
     if ((light.visibility & scattering) != scattering) {  // rare: lobe by lobe
       for (std::size_t i = 0; i < static_cast<std::size_t>(lanes); ++i)
         sample_lane(index, i, vec2(b_.u2[i], b_.v2[i]), 1.0f, bounce);
       return;
     }
-    sample_lamp_of(light)(light, b_.shading, b_.u2.data(), b_.v2.data(), lanes, b_.light);
+    sample_lamp_of(light)(scene_, light, b_.shading, b_.u2.data(), b_.v2.data(), lanes, b_.light);
     if (FEATURE(FEATURE_LIGHT_SHAPES) && (light.flags & LIGHT_SHAPED) != 0u) {
       shape_lamp(scene_.light_shapes.v[index], light, b_.shading, lanes, b_.light);
     }
@@ -300,8 +320,8 @@ class Renderer {
 
   void sample_lane(uint index, std::size_t i, vec2 u, float scale, uint bounce) {
     ShadowRay ray;
-    if (path_sample_light(scene_, index, b_.path[i], b_.surface[i], b_.shading.bsdf(i), b_.shading.wo.get(i), u, scale,
-                          ray)) {
+    if (path_sample_light(scene_, index, b_.path[i], b_.surface[i], b_.shading.bsdf(i), b_.shading.lobe_of(i),
+                          b_.shading.wo.get(i), u, scale, ray)) {
       queue_shadow(ray, i, bounce);
     }
   }
@@ -316,7 +336,8 @@ class Renderer {
       for (std::size_t i = 0; i < static_cast<std::size_t>(lanes); ++i) {
         float scale;
         const float u = (static_cast<float>(k) + pick[i]) / static_cast<float>(picks);
-        const uint index = path_pick_light(scene_, b_.surface[i], min(u, 0.99999994f), scale);
+        const uint index =
+            path_pick_light(scene_, b_.surface[i], scatters_through(b_.shading.lobe_of(i)), min(u, 0.99999994f), scale);
         if (index != INVALID_ID) {
           sample_lane(index, i, vec2(b_.u2[i], b_.v2[i]), scale / static_cast<float>(picks), bounce);
         }
@@ -330,8 +351,8 @@ class Renderer {
     fill_pairs(b_.random.data(), lanes, pair_seed(bounce, PAIR_EMITTER), b_.u2.data(), b_.v2.data());
     for (std::size_t i = 0; i < static_cast<std::size_t>(lanes); ++i) {
       ShadowRay ray;
-      if (path_sample_emitter(scene_, b_.path[i], b_.surface[i], b_.shading.bsdf(i), b_.shading.wo.get(i), pick[i],
-                              vec2(b_.u2[i], b_.v2[i]), ray)) {
+      if (path_sample_emitter(scene_, b_.path[i], b_.surface[i], b_.shading.bsdf(i), b_.shading.lobe_of(i),
+                              b_.shading.wo.get(i), pick[i], vec2(b_.u2[i], b_.v2[i]), ray)) {
         queue_shadow(ray, i, bounce);
       }
     }
@@ -407,7 +428,7 @@ class Renderer {
     fill_pairs(b_.random.data(), lanes, pair_seed(bounce, PAIR_BSDF), b_.u2.data(), b_.v2.data());
     Array<float, kLanes> choice, roulette;
     fill_pairs(b_.random.data(), lanes, pair_seed(bounce, PAIR_CHOICE), choice.data(), roulette.data());
-    sample_bsdf(b_.shading, choice.data(), b_.u2.data(), b_.v2.data(), lanes, b_.bounce);
+    sample_bsdf(scene_, b_.shading, choice.data(), b_.u2.data(), b_.v2.data(), lanes, b_.bounce);
     std::size_t next = 0;
     for (std::size_t i = 0; i < static_cast<std::size_t>(lanes); ++i) {
       PathState path = b_.path[i];
@@ -424,7 +445,7 @@ class Renderer {
         continue;
       }
       if (!path_advance(scene_, limits_, path, b_.surface[i], sample, roulette[i], origin)) continue;
-      if (scene_.light_kinds != 0u) path_note_kind(b_.shading.bsdf(i), b_.shading.wo.get(i), sample.wi, path);
+      if (scene_.light_kinds != 0u) path_note_kind(b_.shading.bsdf(i), b_.shading.lobe_of(i), b_.shading.wo.get(i), sample.wi, path);
       // A last ray can only bring light home: where there is none to find, it need not be traced.
       const bool finds =
           FEATURE(FEATURE_BSDF_RAYS) && (job_.last_rays_find_light || (path.ray_kind & RAY_MEETS_LAMPS) != 0u);

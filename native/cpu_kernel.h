@@ -16,7 +16,7 @@
 namespace cotorra {
 
 struct PathLimits {  // kernels/integrator.h, IntegratorData
-  std::uint32_t max_bounces, diffuse_bounces, glossy_bounces, roulette_start, transparent_bounces;
+  std::uint32_t max_bounces, diffuse_bounces, glossy_bounces, roulette_start, transparent_bounces, transmission_bounces;
 };
 
 enum class Integrator { kDirect, kPath, kWhitted, kOcclusion, kToon };

@@ -78,19 +78,24 @@ void run_programs(const Tracer &t, int lanes, PartOf part_of, Take take) {
   }
 }
 
-// The closures that the lanes' paths meet; `u` chooses where a surface has several.
+// The closures that the lanes' paths meet, set up for shading; `u` chooses where a surface has several. Surfaces
+// whose `shaded` is of no kind are left as they are.
 void draw_surfaces(const Tracer &t, int lanes, const float *u) {
   Batch &b = t.batch;
   const SceneData &scene = *t.job.scene;
   for (std::size_t i = 0; i < static_cast<std::size_t>(lanes); ++i) surface_begin(scene, b.surface[i], b.shaded[i]);
   if (b.programs == nullptr) return;
   const auto part_of = [&](std::size_t i) -> const ProgramPart * {
-    if ((b.shaded[i].material.flags & MATERIAL_PROGRAM) == 0u) return nullptr;
-    const ProgramPart &part = scene.programs.v[b.surface[i].material].surface;
-    return part.first == NO_PROGRAM ? nullptr : &part;
+    const bool varies = surface_varies(scene, b.surface[i], b.shaded[i].material);
+    return varies ? &scene.programs.v[b.surface[i].material].surface : nullptr;
   };
   run_programs(t, lanes, part_of, [&](std::size_t i, const ShaderPoint &at, const LaneRegisters &registers) {
-    surface_take(scene, scene.programs.v[b.surface[i].material], at, u[i], b.surface[i], b.shaded[i], registers);
+    Bsdf bsdf;
+    Lobe lobe;
+    surface_take(scene, scene.programs.v[b.surface[i].material], at, u[i], b.surface[i], b.shaded[i], bsdf, lobe,
+                 registers);
+    b.shading.set_bsdf(i, bsdf);
+    if (FEATURE(FEATURE_LOBES)) b.shading.set_lobe(i, lobe);
     const vec3 throughput = b.path[i].throughput * b.shaded[i].weight;
     b.path[i].throughput = throughput;
     b.shading.throughput.set(i, throughput);

@@ -94,7 +94,9 @@ bool cross_surface(const RenderJob &job, const Hit &hit, embree::RayHit<kWidth> 
     ShaderPoint at = shader_point(s, -direction, hit.t);
     at.ray_kind = VISIBLE_SHADOW;
     SurfaceShading shading;
-    surface_shading(scene, at, 0.5f, s, shading);
+    Bsdf bsdf;
+    Lobe lobe;
+    surface_shading(scene, at, 0.5f, s, shading, bsdf, lobe);
     if (!whitted_cross_pane(shading.material, classic, s, direction, hit.t, passage.light)) return false;
   }
   passage.left -= hit.t;

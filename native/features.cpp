@@ -36,6 +36,7 @@ constexpr Feature kFeatures[] = {
     {FEATURE_OCCLUSION, "ambient occlusion", "neither the integrator nor a pass asks for it"},
     {FEATURE_WHITTED, "Whitted", "another integrator is chosen"},
     {FEATURE_TOON, "toon", "another integrator is chosen"},
+    {FEATURE_LOBES, "lobes", "no material in use has coat, sheen, glass or the like"},
 };
 
 }  // namespace

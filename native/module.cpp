@@ -150,6 +150,7 @@ SettingsInput read_settings(nb::handle settings) {
   in.max_bounces = nb::cast<std::uint32_t>(nb::getattr(settings, "max_bounces"));
   in.diffuse_bounces = nb::cast<std::uint32_t>(nb::getattr(settings, "diffuse_bounces"));
   in.glossy_bounces = nb::cast<std::uint32_t>(nb::getattr(settings, "glossy_bounces"));
+  in.transmission_bounces = nb::cast<std::uint32_t>(nb::getattr(settings, "transmission_bounces"));
   in.transparent_bounces = nb::cast<std::uint32_t>(nb::getattr(settings, "transparent_bounces"));
   in.adaptive = nb::cast<bool>(nb::getattr(settings, "adaptive"));
   in.noise_threshold = nb::cast<float>(nb::getattr(settings, "noise_threshold"));

@@ -91,6 +91,7 @@ class Compiler {
     for (const Closure &c : surface_) {
       out.lobes |= 1u << c.kind;
       out.sharp |= is_sharp(c);
+      out.asks_lobes |= asks_lobe(c);
     }
     if (!out.surface.plain) write_surface(writer, out);
     library.tables.insert(library.tables.end(), in_.tables.begin(), in_.tables.end());
@@ -216,6 +217,12 @@ class Compiler {
       if (!graph_.is_constant(c.arguments[k]) || number(c, k) > 0.0f) return false;
     }
     return true;
+  }
+
+  bool asks_lobe(const Closure &c) const {
+    if (c.kind == CLOSURE_PRINCIPLED) return !is_simple(c);
+    if (c.kind == CLOSURE_DIFFUSE) return !graph_.is_constant(c.arguments[1], 0.0f);
+    return c.kind != CLOSURE_HOLDOUT;
   }
 
   PlainSurface plain_surface() const {

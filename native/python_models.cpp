@@ -50,6 +50,7 @@ MaterialsInput read_materials(nb::handle materials, std::vector<nb::object> &kee
   in.pass_index = view<int, std::int32_t>(materials, "pass_index", keep);
   in.emission_sampling = view<uint, std::uint32_t>(materials, "emission_sampling", keep);
   in.emission_sides = view<uint, std::uint32_t>(materials, "emission_sides", keep);
+  if (nb::hasattr(materials, "principled")) in.principled = view<float, float>(materials, "principled", keep);
   in.models = read_models(nb::getattr(materials, "models", nb::none()), keep);
   return in;
 }

@@ -122,6 +122,7 @@ Scene::Scene(SceneInput input) {
   prepare_programs(input.programs, input.materials);
   prepare_models(input.materials.models);
   prepare_classic();
+  prepare_lobes(input.materials.principled);
   material_slots_.assign(input.material_slots.begin(), input.material_slots.end());
   prepare_lights(input.lights);
   prepare_instances(input);
@@ -435,6 +436,7 @@ void Scene::prepare_features() {
   bool sharp = false;
   bool emissive = false;
   bool models = false;
+  bool lobes = false;
   std::vector<bool> used(materials_.size(), false);
   for (const Instance &i : instances_) {
     for (uint s = 0; s < i.material_count; ++s) {
@@ -452,18 +454,24 @@ void Scene::prepare_features() {
     if ((m.flags & MATERIAL_PROGRAM) != 0) features_ |= FEATURE_PROGRAMS;
     if ((m.flags & MATERIAL_TRANSPARENT) != 0) features_ |= FEATURE_TRANSPARENCY;
     models |= (m.flags & MATERIAL_MODEL) != 0;
+    lobes |= (m.flags & MATERIAL_LOBES) != 0;
+    const int shader = material_shaders_.empty() ? -1 : material_shaders_[k];
+    lobes |= shader >= 0 && compiled_[static_cast<std::size_t>(shader)].asks_lobes;
   }
   const bool world = max(max(data_.world.x, data_.world.y), data_.world.z) > 0.0f;
   if (soft) features_ |= FEATURE_SOFT_LIGHTS;
   if (!light_shapes_.empty()) features_ |= FEATURE_LIGHT_SHAPES;
   if (models) features_ |= FEATURE_MODELS;
-  if (specular || models) features_ |= FEATURE_SPECULAR;
+  if (specular || models || lobes) features_ |= FEATURE_SPECULAR;
+  if (lobes) features_ |= FEATURE_LOBES;
+  // Gloss and glass meet lamps themselves.
+  sharp |= lobes;
   if (emissive) features_ |= FEATURE_EMISSIVE_MESHES;
   if (world) features_ |= FEATURE_WORLD;
   const bool world_lights = world && (data_.world_visibility & kScattered) != 0;
   one_kind |= world && seen_by_one_kind(data_.world_visibility);
   data_.light_kinds = one_kind ? 1u : 0u;
-  if (emissive || world_lights || (sharp && bounces_meet_lights_)) features_ |= FEATURE_BSDF_RAYS;
+  if (emissive || world_lights || (lobes && world) || (sharp && bounces_meet_lights_)) features_ |= FEATURE_BSDF_RAYS;
   const bool met = camera_meets_lights_ || ((features_ & FEATURE_BSDF_RAYS) != 0 && bounces_meet_lights_);
   if (met) features_ |= FEATURE_VISIBLE_LIGHTS;
 }

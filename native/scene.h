@@ -66,6 +66,7 @@ struct MaterialsInput {
   std::span<const uint> emission_sampling;
   std::span<const uint> emission_sides;  // 1 front, 2 back, 3 both; none: both
   ModelsInput models{};
+  std::span<const float> principled{};    // words of PrincipledInputs by material, `inside` 1: it asks for lobes; for tests
 };
 
 struct LightsInput {
@@ -184,6 +185,7 @@ class Scene {
   void validate(const SceneInput &input) const;
   void prepare_models(const ModelsInput &input);  // after the materials
   void prepare_classic();
+  void prepare_lobes(std::span<const float> words);
   void prepare_programs(ProgramsInput &input, const MaterialsInput &materials);  // before prepare_models
   void prepare_object_spaces(const SceneInput &input, std::span<const uint> order);
   void prepare_infos(const SceneInput &input, std::span<const uint> order);
@@ -219,6 +221,7 @@ class Scene {
   std::vector<uint> first_instances_;  // by geometry of the top-level BVH
   std::vector<Material> materials_;
   std::vector<MaterialModel> models_;
+  std::vector<PrincipledInputs> principled_;
   std::vector<ClassicMaterial> classic_;
   Textures textures_;
   ProgramLibrary library_of_programs_;

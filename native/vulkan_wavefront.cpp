@@ -180,6 +180,7 @@ std::uint64_t WavefrontOnCard::lane_bytes() const {
   std::uint64_t bytes =
       sizeof(CameraRay) + sizeof(PathState) + sizeof(Hit) + sizeof(Surface) + sizeof(WaveSample) + 2 * sizeof(uint);
   if (scatters()) bytes += sizeof(Bsdf);
+  if (scatters() && has(FEATURE_LOBES)) bytes += sizeof(Lobe);
   bytes += shadow_slots() * (sizeof(ShadowRay) + sizeof(uint));
   if (has(FEATURE_DATA_PASSES)) bytes += sizeof(WaveRecord);
   if (has(FEATURE_WHITTED)) bytes += sizeof(WaveTree) + (job_.classic.depth + 1) * sizeof(WavePending);
@@ -202,6 +203,7 @@ void WavefrontOnCard::allocate_lanes() {
   wave_.hits.v = add<Hit>(n);
   wave_.surfaces.v = add<Surface>(n);
   if (scatters()) wave_.bsdfs.v = add<Bsdf>(n);
+  if (scatters() && has(FEATURE_LOBES)) wave_.lobes.v = add<Lobe>(n);
   wave_.shadow_rays.v = add<ShadowRay>(shadows);
   wave_.samples.v = add<WaveSample>(n);
   if (has(FEATURE_DATA_PASSES)) wave_.records.v = add<WaveRecord>(n);
@@ -228,8 +230,8 @@ void WavefrontOnCard::allocate_lanes() {
 
 void WavefrontOnCard::describe_job() {
   wave_.camera = job_.camera;
-  wave_.integrator = {job_.limits.max_bounces, job_.limits.diffuse_bounces, job_.limits.glossy_bounces,
-                      job_.limits.roulette_start, job_.limits.transparent_bounces};
+  wave_.integrator = {job_.limits.max_bounces,    job_.limits.diffuse_bounces,     job_.limits.glossy_bounces,
+                      job_.limits.roulette_start, job_.limits.transparent_bounces, job_.limits.transmission_bounces};
   wave_.sample_bits = job_.sample_bits;
   wave_.light_groups = job_.passes.light_groups;
   wave_.adaptive = job_.passes.error ? 1u : 0u;

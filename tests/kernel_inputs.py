@@ -260,14 +260,27 @@ def scene() -> Scene:
             'instances': instances,
             'emitters': emitters,
             'classic': np.zeros(MATERIALS, dtype_of('ClassicMaterial')),
-            'albedo': rng.uniform(0.4, 1.0, known['ALBEDO_SIZE']).astype(np.float32),
+            'albedo': rng.uniform(0.4, 1.0, known['TABLE_SIZE']).astype(np.float32),
             'tables': np.random.default_rng(3).uniform(0.0, 1.0, 4 * 257).astype(np.float32),
+            'principled': principled_inputs(np.random.default_rng(4), MATERIALS),
             'filter_table': np.sort(rng.uniform(-1.0, 1.0, known['FILTER_TABLE_SIZE'])).astype(np.float32),
         },
         nested={'meshes': nested},
     )
     add_textures(made, rng, 3 * TRIANGLES, TRIANGLES + 2)
     return made
+
+
+def principled_inputs(rng: np.random.Generator, n: int) -> np.ndarray:
+    """Principled surfaces with any of its layers."""
+    unit = ('metallic', 'roughness', 'coat', 'coat_roughness', 'sheen', 'sheen_roughness', 'diffuse_roughness')
+    unit += ('subsurface', 'subsurface_anisotropy', 'anisotropic', 'rotation', 'transmission', 'specular_level')
+    fields = {name: uniform(0.2) for name in unit}
+    fields |= {name: colors() for name in ('base_color', 'specular_tint', 'coat_tint', 'sheen_tint', 'emission')}
+    fields |= {name: uniform(1.1, 2.0) for name in ('ior', 'coat_ior', 'film_ior')}
+    fields |= {name: directions() for name in ('tangent', 'n', 'coat_n')}
+    fields |= {name: integers(2) for name in ('thin_wall', 'multiscatter', 'inside')}
+    return records('PrincipledInputs', film=choices(0.0, 0.0, 300.0), **fields)(rng, n)
 
 
 def hits(rng: np.random.Generator, n: int) -> np.ndarray:
@@ -316,6 +329,7 @@ def paths(rng: np.random.Generator, n: int) -> np.ndarray:
         ray_kind=choices(*kinds),
         random=integers(),
         transparent_bounces=integers(4),
+        transmission_bounces=integers(3),
         kind_pdf=choices(0.0, 0.1, 1.0, 30.0),
         kind_weight=colors(2.0),
     )(rng, n)

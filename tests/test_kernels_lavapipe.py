@@ -15,6 +15,7 @@ import pytest
 
 import kernel_cases
 import kernel_cases_bvh
+import kernel_cases_closures
 import kernel_cases_integrators
 import kernel_cases_lights
 import kernel_cases_models
@@ -29,6 +30,7 @@ from vulkan import Runner, open_lavapipe
 CASES = [
     *kernel_cases.CASES,
     *kernel_cases_bvh.CASES,
+    *kernel_cases_closures.CASES,
     *kernel_cases_integrators.CASES,
     *kernel_cases_lights.CASES,
     *kernel_cases_models.CASES,

@@ -112,7 +112,7 @@ def test_fresnel_shows_its_own(fresnel, shown):
 
 OWN = {
     'DIRECT': {'transparent_bounces', 'ambient_strength', 'use_ambient_occlusion', 'ao_distance'},
-    'PATH': {'max_bounces', 'diffuse_bounces', 'glossy_bounces', 'transparent_bounces'},
+    'PATH': {'max_bounces', 'diffuse_bounces', 'glossy_bounces', 'transmission_bounces', 'transparent_bounces'},
     'WHITTED': {'whitted_depth', 'whitted_threshold', 'use_transparent_shadows', 'ambient_strength'},
     'AO': {'ao_distance'},
     'TOON': {'toon_outline', 'outline_width', 'outline_color', 'outline_normal', 'outline_depth', 'outline_object'},

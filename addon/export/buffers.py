@@ -449,6 +449,7 @@ class RenderSettings:
     max_bounces: int = 12
     diffuse_bounces: int = 4
     glossy_bounces: int = 4
+    transmission_bounces: int = 12
     transparent_bounces: int = 8
     adaptive: bool = False
     noise_threshold: float = 0.01

@@ -75,6 +75,7 @@ def draw_path(layout: bpy.types.UILayout, settings: bpy.types.PropertyGroup) -> 
     bounces.prop(settings, 'max_bounces')
     bounces.prop(settings, 'diffuse_bounces')
     bounces.prop(settings, 'glossy_bounces')
+    bounces.prop(settings, 'transmission_bounces')
     bounces.prop(settings, 'transparent_bounces')
 
 

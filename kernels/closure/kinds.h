@@ -24,6 +24,7 @@ const uint CLOSURE_TOON = 10u;
 const uint CLOSURE_PRINCIPLED = 11u;
 const uint CLOSURE_KINDS = 12u;
 
+const uint METALLIC_CONDUCTOR = 256u;  // bit of the mode of CLOSURE_METALLIC: index of refraction and extinction
 const uint PRINCIPLED_MULTI_GGX = 1u;  // mode of CLOSURE_PRINCIPLED
 
 // Arguments of CLOSURE_PRINCIPLED, by their place.

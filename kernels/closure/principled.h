@@ -10,38 +10,6 @@
 namespace cotorra {
 #endif
 
-// Inputs as the node has them, resolved at the point. Normals are on the viewer's side.
-struct PrincipledInputs {
-  vec3 base_color;
-  float metallic;
-  vec3 specular_tint;
-  float roughness;
-  vec3 tangent;
-  float ior;
-  vec3 n;
-  float specular_level;
-  vec3 coat_n;
-  float coat;
-  vec3 coat_tint;
-  float coat_roughness;
-  vec3 sheen_tint;
-  float coat_ior;
-  vec3 emission;  // colour times strength
-  float sheen;
-  float sheen_roughness;
-  float diffuse_roughness;
-  float subsurface;  // of it, only that of a thin wall is built: else it is diffuse
-  float subsurface_anisotropy;
-  float anisotropic;
-  float rotation;
-  float transmission;
-  float film;  // thickness, nm
-  float film_ior;
-  uint thin_wall;     // 1: the surface has no inside
-  uint multiscatter;  // 1: the energy of microfacets is preserved
-  uint inside;        // 1: the viewer looks at the back
-};
-
 // Who was picked.
 const uint PICK_NONE = 0u;
 const uint PICK_BSDF = 1u;  // metal, dielectric layer and Lambert, in a Bsdf
@@ -225,6 +193,21 @@ FN float principled_material(IN(PrincipledInputs) inputs, OUT(Material) m) {
 }
 
 // ---- The pick
+
+// No lobe at all, of a surface with normal n.
+FN void bsdf_prepare_nothing(vec3 n, vec3 wo, OUT(Bsdf) bsdf) {
+  bsdf_clear_glossy(bsdf);
+  bsdf.n = n;
+  bsdf.p_glossy = 0.0f;
+  bsdf.diffuse = vec3(0.0f);
+  bsdf.no = dot(n, wo);
+  bsdf.n_glossy = n;
+  bsdf.unused = 0.0f;
+  bsdf.n_smooth = n;
+  bsdf.unused2 = 0.0f;
+  bsdf.lobes = 0u;
+  model_clear(bsdf.model);
+}
 
 // Picks one of the layers toward wo: a Bsdf or a Lobe, as the returned PICK_* says. Multiply the path's throughput by
 // `scale`, which holds 1 / probability, and for a Bsdf what the layers above let through. u chooses.

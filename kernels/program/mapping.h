@@ -44,7 +44,7 @@ FN vec3 op_mapping(uint mode, vec3 vector, vec3 location, vec3 rotation, vec3 sc
 }
 
 // About a unit axis (Rodrigues).
-FN vec3 rotate_about(vec3 a, vec3 axis, float angle) {
+FN vec3 turn_about(vec3 a, vec3 axis, float angle) {
   const float c = cos_lanes(angle);
   return a * c + cross(axis, a) * sin_lanes(angle) + axis * (dot(axis, a) * (1.0f - c));
 }
@@ -63,7 +63,7 @@ FN vec3 op_vector_rotate(uint mode, vec3 vector, vec3 center, vec3 axis, float a
   const vec3 along = vec3(type == 1u ? 1.0f : 0.0f, type == 2u ? 1.0f : 0.0f, type == 3u ? 1.0f : 0.0f);
   const vec3 unit = type == 0u ? normalize_or_zero(axis) : along;
   const bool none = dot(unit, unit) == 0.0f;
-  return select(none, vector, rotate_about(a, unit, inverted ? -angle : angle) + center);
+  return select(none, vector, turn_about(a, unit, inverted ? -angle : angle) + center);
 }
 
 FN vec3 op_affine(uint, vec3 vector, vec3 row0, vec3 row1, vec3 row2, vec3 translation) {

@@ -20,7 +20,7 @@ namespace {
 // Normals are taken from a rank-1 lattice with the golden ratio: a grid would align with the horizon, where the
 // integrands jump. Of their disk, the rim within about alpha2 leads to the horizon; t = sqrt(1 - r^2) resolves it.
 constexpr unsigned NORMALS = 16384;
-constexpr unsigned GLASS_NORMALS = 4096;
+constexpr unsigned GLASS_NORMALS = 2048;
 
 // One direction above the surface from which light comes.
 struct Reflection {
@@ -85,8 +85,25 @@ float node(unsigned i, unsigned nodes, float last = 1.0f) {
   return clamp(static_cast<float>(i) / static_cast<float>(nodes - 1), 1e-4f, last);
 }
 
+// Points of the lattice that reflections() takes, fewer.
+struct LatticePoint {
+  vec2 disk;
+  float probability;
+};
+std::vector<LatticePoint> make_lattice() {
+  std::vector<LatticePoint> lattice;
+  for (unsigned i = 0; i < GLASS_NORMALS; ++i) {
+    const float t = (static_cast<float>(i) + 0.5f) / static_cast<float>(GLASS_NORMALS);
+    const double turns = static_cast<double>(i) * 0.6180339887498949;
+    const float phi = PI * static_cast<float>(turns - std::floor(turns));
+    const float r = std::sqrt(1.0f - t * t);
+    lattice.push_back({vec2(r * std::cos(phi), r * std::sin(phi)), 2.0f * t / static_cast<float>(GLASS_NORMALS)});
+  }
+  return lattice;
+}
+
 // What rough glass reflects and refracts; as reflections(), but both ways from each facet, by Fresnel's share.
-float glass(float roughness, float mu, float eta) {
+float glass(const std::vector<LatticePoint> &lattice, float roughness, float mu, float eta) {
   const float alpha = roughness * roughness;
   const float alpha2 = alpha * alpha;
   if (alpha2 <= MIRROR_ALPHA2) return 1.0f;
@@ -97,12 +114,8 @@ float glass(float roughness, float mu, float eta) {
     return V_SmithGGXCorrelated(mu, s_o, ni, S_SmithGGX(ni, alpha2)) * ni / V_SmithGGXVisible(mu, s_o);
   };
   double sum = 0.0;
-  for (unsigned i = 0; i < GLASS_NORMALS; ++i) {
-    const float t = (static_cast<float>(i) + 0.5f) / static_cast<float>(GLASS_NORMALS);
-    const double turns = static_cast<double>(i) * 0.6180339887498949;
-    const float phi = PI * static_cast<float>(turns - std::floor(turns));
-    const float r = std::sqrt(1.0f - t * t);
-    const vec3 h = half_vector_GGX(o, alpha, s_o, vec2(r * std::cos(phi), r * std::sin(phi)));
+  for (const LatticePoint &at : lattice) {
+    const vec3 h = half_vector_GGX(o, alpha, s_o, at.disk);
     const float inv_length = 1.0f / std::sqrt(max(dot(h, h), 1e-30f));
     const float c = min(dot(o, h) * inv_length, 1.0f);
     const float nh = h.z * inv_length;
@@ -118,7 +131,7 @@ float glass(float roughness, float mu, float eta) {
       // though its sampling loses it, as ours does.
       share += (1.0f - f) * (straight ? 1.0f : kept(std::abs(refracted)));
     }
-    sum += static_cast<double>(2.0f * t / static_cast<float>(GLASS_NORMALS) * share);
+    sum += static_cast<double>(at.probability * share);
   }
   return min(static_cast<float>(sum), 1.0f);
 }
@@ -126,6 +139,7 @@ float glass(float roughness, float mu, float eta) {
 void make_glass_tables(std::vector<float> &table) {
   constexpr unsigned N = ALBEDO_FRESNEL_NODES;
   constexpr unsigned STEPS = 32;
+  const std::vector<LatticePoint> lattice = make_lattice();
   for (unsigned leaving = 0; leaving < 2; ++leaving) {
     for (unsigned z = 0; z < N; ++z) {
       const float a = node(z, N, 0.99f);
@@ -134,12 +148,12 @@ void make_glass_tables(std::vector<float> &table) {
       for (unsigned y = 0; y < N; ++y) {
         for (unsigned x = 0; x < N; ++x) {
           const unsigned first = leaving != 0 ? TABLE_GLASS_LEAVING : TABLE_GLASS;
-          table[first + (z * N + y) * N + x] = glass(node(y, N), node(x, N), eta);
+          table[first + (z * N + y) * N + x] = glass(lattice, node(y, N), node(x, N), eta);
         }
         double sum = 0.0;
         for (unsigned i = 0; i < STEPS; ++i) {
           const float mu = (static_cast<float>(i) + 0.5f) / static_cast<float>(STEPS);
-          sum += static_cast<double>(2.0f * mu * glass(node(y, N), mu, eta));
+          sum += static_cast<double>(2.0f * mu * glass(lattice, node(y, N), mu, eta));
         }
         const unsigned means = leaving != 0 ? TABLE_GLASS_LEAVING_MEAN : TABLE_GLASS_MEAN;
         table[means + z * N + y] = static_cast<float>(sum / STEPS);
