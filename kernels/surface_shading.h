@@ -169,7 +169,8 @@ FN void surface_take(IN(SceneData) scene, IN(MaterialProgram) program, IN(Shader
       pick_principled_inputs(scene, pick, at, shading.material, s.n, inputs PROGRAM_SAME_MEMORY);
       if (principled_asks_lobes(inputs)) {
         vec3 scale;
-        principled_pick(scene, inputs, s.ng, at.wo, pick.u, bsdf, lobe, scale);
+        const uint picked_kind = principled_pick(scene, inputs, s.ng, at.wo, pick.u, bsdf, lobe, scale);
+        if (picked_kind != PICK_LOBE) lobe.kind = LOBE_NONE;
         shading.weight *= scale;
         picked = true;
       }

@@ -75,7 +75,7 @@ class Compiler {
     out.program.constants = static_cast<uint>(library.constants.size());
     out.grey = graph_.is_grey(transparency_);
     ProgramWriter writer(in_, graph_, library, out);
-    if (graph_.is_constant(transparency_)) {
+    if (graph_.is_constant(transparency_) && out.grey) {  // what has a colour is a program's in any case
       out.transparency = graph_[transparency_].constant;
     } else {
       out.program.transparency = writer.value(transparency_, "transparency");
