@@ -202,7 +202,8 @@ def _noise() -> list[Case]:
         return rng.uniform(-1, 1, n) * rng.choice([3, 100, 3e4], n, p=[0.9, 0.08, 0.02])
 
     def detail(rng: np.random.Generator, n: int) -> np.ndarray:
-        return np.where(rng.random(n) < 0.4, rng.integers(0, 6, n), rng.uniform(-1, 8, n))
+        octaves = np.where(rng.random(n) < 0.4, rng.integers(0, 6, n), rng.uniform(-1, 5, n))
+        return np.where(rng.random(n) < 0.03, rng.uniform(5, 17, n), octaves)
 
     for (d, dimensions), (t, name) in itertools.product(enumerate(DIMENSIONS), enumerate(NOISE_TYPES)):
         for normalized, op in itertools.product((False, True) if name == 'FBM' else (False,), ('noise_f', 'noise_v')):

@@ -27,20 +27,19 @@ FN vec3 hsv_from_rgb(vec3 rgb) {
   return vec3(select(saturation != 0.0f, select(h < 0.0f, h + 1.0f, h), 0.0f), saturation, largest);
 }
 
-// Hues beyond 1 stay in the last sixth, as Blender has it.
+// How far a channel lies below the value: 1 over a third of the circle, 0 over another one, ramps between.
+FN float hue_dip(float sixths) { return saturate(min(sixths, 4.0f - sixths)); }
+
+// Hues of 1 and of other numbers beyond the circle stay in its last sixth, as Blender has it.
 FN vec3 rgb_from_hsv(vec3 hsv) {
   const float h = select(hsv.x == 1.0f, 0.0f, hsv.x) * 6.0f;
-  const float i = floor(h);
-  const float f = h - i;
-  const float v = hsv.z;
-  const float p = v * (1.0f - hsv.y);
-  const float q = v * (1.0f - hsv.y * f);
-  const float t = v * (1.0f - hsv.y * (1.0f - f));
-  const float r =
-      select(i == 0.0f, v, select(i == 1.0f, q, select(i == 2.0f || i == 3.0f, p, select(i == 4.0f, t, v))));
-  const float g = select(i == 0.0f, t, select(i == 1.0f || i == 2.0f, v, select(i == 3.0f, q, p)));
-  const float b = select(i == 0.0f || i == 1.0f, p, select(i == 2.0f, t, select(i == 3.0f || i == 4.0f, v, q)));
-  return select(hsv.y != 0.0f, vec3(r, g, b), vec3(v, v, v));
+  const float low = floor(h);
+  const float sixth = select(low >= 0.0f && low < 5.0f, low, 5.0f) + (h - low);
+  const float dip = hsv.z * hsv.y;
+  const float r = hue_dip(select(sixth >= 1.0f, sixth - 1.0f, sixth + 5.0f));
+  const float g = hue_dip(select(sixth >= 3.0f, sixth - 3.0f, sixth + 3.0f));
+  const float b = hue_dip(select(sixth >= 5.0f, sixth - 5.0f, sixth + 1.0f));
+  return vec3(hsv.z - dip * r, hsv.z - dip * g, hsv.z - dip * b);
 }
 
 FN vec3 hsl_from_rgb(vec3 rgb) {

@@ -6,6 +6,16 @@
 
 #include "../math.h"
 
+// Before a loop of a fixed number of rounds. A file of loops over lanes defines PROGRAM_LANES: without inner loops g++
+// turns them into vector code. Elsewhere, where the number is not known to the compiler, unrolling would only swell it.
+#if defined(PROGRAM_LANES) && defined(__clang__)
+#define UNROLL _Pragma("clang loop unroll(full)")
+#elif defined(PROGRAM_LANES)
+#define UNROLL _Pragma("GCC unroll 128")
+#else
+#define UNROLL
+#endif
+
 #ifdef __cplusplus
 namespace cotorra {
 #endif
@@ -87,7 +97,7 @@ FN float cos_lanes(float x) {
 
 // exp(x) for x <= 0 as vector code: 2^n times a polynomial of the rest, to 2e-7.
 FN float exp_lanes(float x) {
-  const float t = max(x, -87.0f) * 1.44269504f;
+  const float t = select(x > -87.0f, x, -87.0f) * 1.44269504f;
   const float n = floor(t + 0.5f);
   const float f = (t - n) * 0.693147181f;
   const float p =

@@ -32,15 +32,17 @@ FN vec2 gabor_impulse_2d(vec2 cell, int i, vec2 p, float frequency, float isotro
   return gabor_kernel(dot(d, d), frequency * along, weight);
 }
 
-FN vec2 gabor_2d(vec2 p, float frequency, float isotropy, float orientation) {
+// Impulse n of the cells around p: a step of its own, so that a loop over lanes can stand inside the loop over n.
+FN vec2 gabor_step_2d(int n, vec2 p, float frequency, float isotropy, float orientation) {
   const vec2 low = vec2(floor(p.x), floor(p.y));
+  const int block = n / GABOR_IMPULSES;
+  const vec2 offset = vec2(float(block % 3 - 1), float(block / 3 - 1));
+  return gabor_impulse_2d(low + offset, n % GABOR_IMPULSES, (p - low) - offset, frequency, isotropy, orientation);
+}
+
+FN vec2 gabor_2d(vec2 p, float frequency, float isotropy, float orientation) {
   vec2 sum = vec2(0.0f, 0.0f);
-  for (int n = 0; n < 9 * GABOR_IMPULSES; ++n) {
-    const int block = n / GABOR_IMPULSES;
-    const vec2 offset = vec2(float(block % 3 - 1), float(block / 3 - 1));
-    sum =
-        sum + gabor_impulse_2d(low + offset, n % GABOR_IMPULSES, (p - low) - offset, frequency, isotropy, orientation);
-  }
+  for (int n = 0; n < 9 * GABOR_IMPULSES; ++n) sum = sum + gabor_step_2d(n, p, frequency, isotropy, orientation);
   return sum;
 }
 
@@ -57,43 +59,50 @@ FN vec3 gabor_direction(vec3 orientation, float isotropy, vec4 seed) {
 
 FN vec2 gabor_impulse_3d(vec3 cell, int i, vec3 p, float frequency, float isotropy, vec3 orientation) {
   const float draw = float(i * 3);
-  const vec3 direction = gabor_direction(orientation, isotropy, vec4(cell, draw));
   const vec3 d = p - hash_float4_to_vec3(vec4(cell, draw + 1.0f));
+  if (dot(d, d) >= 1.0f) return vec2(0.0f, 0.0f);  // most are: the angles below cost more than the branch
+  const vec3 direction = gabor_direction(orientation, isotropy, vec4(cell, draw));
   const float weight = select(hash_float4(vec4(cell, draw + 2.0f)) < 0.5f, -1.0f, 1.0f);
   return gabor_kernel(dot(d, d), frequency * dot(d, direction), weight);
 }
 
-FN vec2 gabor_3d(vec3 p, float frequency, float isotropy, vec3 orientation) {
+FN vec2 gabor_step_3d(int n, vec3 p, float frequency, float isotropy, vec3 orientation) {
   const vec3 low = floor(p);
+  const int block = n / GABOR_IMPULSES;
+  const vec3 offset = vec3(float(block % 3 - 1), float(block / 3 % 3 - 1), float(block / 9 - 1));
+  return gabor_impulse_3d(low + offset, n % GABOR_IMPULSES, (p - low) - offset, frequency, isotropy, orientation);
+}
+
+FN vec2 gabor_3d(vec3 p, float frequency, float isotropy, vec3 orientation) {
   vec2 sum = vec2(0.0f, 0.0f);
-  for (int n = 0; n < 27 * GABOR_IMPULSES; ++n) {
-    const int block = n / GABOR_IMPULSES;
-    const vec3 offset = vec3(float(block % 3 - 1), float(block / 3 % 3 - 1), float(block / 9 - 1));
-    sum =
-        sum + gabor_impulse_3d(low + offset, n % GABOR_IMPULSES, (p - low) - offset, frequency, isotropy, orientation);
-  }
+  for (int n = 0; n < 27 * GABOR_IMPULSES; ++n) sum = sum + gabor_step_3d(n, p, frequency, isotropy, orientation);
   return sum;
 }
 
 // Outputs: 0 value, 1 phase, 2 intensity. Six standard deviations of the sum are the range -1 ... 1; its variance is
 // half of the number of points times the integral of the squared kernel, which is 1/4, or 2^(-5/2) in space.
+FN float gabor_end(uint mode, vec2 sum) {
+  const bool in_space = (mode & 1u) != 0u;
+  const uint output_kind = (mode >> 1) & 3u;
+  if (output_kind == 1u) return (angle_of(sum.y, sum.x) + PI) / TWO_PI;
+  const float integral = in_space ? 0.176776695f : 0.25f;
+  const float range = 6.0f * sqrt(0.5f * float(GABOR_IMPULSES) * integral);
+  return output_kind == 0u ? (sum.y / range) * 0.5f + 0.5f : sqrt(dot(sum, sum)) / range;
+}
+
 FN float op_gabor_f(uint mode, vec3 vector, float scale, float frequency, float anisotropy, float orientation_2d,
                     vec3 orientation_3d) {
   const vec3 p = vector * scale;
   const float isotropy = 1.0f - saturate(anisotropy);
   const float f = max(frequency, 0.001f);
   const bool in_space = (mode & 1u) != 0u;
-  const uint output_kind = (mode >> 1) & 3u;
   vec2 sum;
   if (in_space) {
     sum = gabor_3d(p, f, isotropy, normalize_or_zero(orientation_3d));
   } else {
     sum = gabor_2d(vec2(p.x, p.y), f, isotropy, orientation_2d);
   }
-  if (output_kind == 1u) return (angle_of(sum.y, sum.x) + PI) / TWO_PI;
-  const float integral = in_space ? 0.176776695f : 0.25f;
-  const float range = 6.0f * sqrt(0.5f * float(GABOR_IMPULSES) * integral);
-  return output_kind == 0u ? (sum.y / range) * 0.5f + 0.5f : sqrt(dot(sum, sum)) / range;
+  return gabor_end(mode, sum);
 }
 
 #ifdef __cplusplus

@@ -104,6 +104,7 @@ FN float perlin4(vec4 p) {
   const float t = noise_fade(p.z - floor(p.z));
   float sides[2];
   // The two cubes at both ends of w.
+  UNROLL
   for (int side = 0; side < 2; ++side) {
     const uint j = uint(int(floor(p.y)));
     const uint k = uint(int(floor(p.z)));

@@ -42,9 +42,12 @@ struct Fractal {
   float weight;   // hybrid: of the next octave
 };
 
+// Octaves beyond the first within their bounds; 0 where they are no number.
+FN float noise_detail(float detail) { return select(detail > 0.0f, min(detail, NOISE_MAX_DETAIL), 0.0f); }
+
 FN FractalInputs fractal_inputs(float detail, float roughness, float lacunarity, float offset, float gain) {
   FractalInputs i;
-  i.detail = clamp(detail, 0.0f, NOISE_MAX_DETAIL);
+  i.detail = noise_detail(detail);
   i.roughness = roughness;
   i.lacunarity = lacunarity;
   i.offset = offset;
@@ -65,7 +68,7 @@ FN Fractal fractal_begin(vec4 p) {
 }
 
 // Number of steps that a point needs.
-FN int fractal_octaves(float detail) { return int(ceil(clamp(detail, 0.0f, NOISE_MAX_DETAIL))) + 1; }
+FN int fractal_octaves(float detail) { return int(ceil(noise_detail(detail))) + 1; }
 
 // How much an octave counts: all, a fraction for the last one, nothing beyond.
 FN float octave_share(float detail, int octave) {
@@ -155,6 +158,7 @@ FN vec4 noise_distort(uint dimensions, vec4 p, float distortion) {
   moved[1] = p.y;
   moved[2] = p.z;
   moved[3] = p.w;
+  UNROLL
   for (uint axis = 0u; axis < dimensions; ++axis) {
     moved[axis] += noise_signed(dimensions, noise_seeded(dimensions, p, float(int(axis)))) * distortion;
   }

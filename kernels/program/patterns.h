@@ -91,6 +91,7 @@ FN vec3 op_magic_v(uint mode, vec3 vector, float scale, float distortion) {
   vec3 a = vec3(sin_lanes((x + y + z) * 5.0f), cos_lanes((-x + y - z) * 5.0f), -cos_lanes((-x - y + z) * 5.0f));
   const uint depth = min(mode, 10u);
   if (depth > 0u) a = a * distortion;
+  UNROLL
   for (uint n = 0u; n < depth; ++n) a = magic_step(n, a, distortion);
   const float scaled = select(distortion != 0.0f, 1.0f / (2.0f * select(distortion != 0.0f, distortion, 1.0f)), 1.0f);
   return 0.5f - a * scaled;

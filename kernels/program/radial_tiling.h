@@ -169,7 +169,7 @@ FN TilingPoint radial_tiling(bool normalized, vec3 p, float sides, float roundne
   const bool narrow = !whole && turn >= TWO_PI - 2.0f * last;
   const float middle = narrow ? last : half_turn;
   r.rotation = segment * 2.0f * half_turn + middle;
-  r.along = select(from_divider < middle, -r.along, r.along) * select(radius == 0.0f, 0.0f, 1.0f);
+  r.along = select(radius == 0.0f, 0.0f, select(from_divider < middle, -r.along, r.along));
   return r;
 }
 

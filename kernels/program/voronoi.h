@@ -23,6 +23,7 @@ const uint METRIC_CHEBYCHEV = 2u;
 const uint METRIC_MINKOWSKI = 3u;
 
 const float VORONOI_FAR = 3.0e38f;
+const float VORONOI_LARGEST = 1.0e18f;  // distance by a metric whose exponent is next to 0, where it has no bound
 
 // The cell that a point lies in. What lies beyond the dimensions in use is 0.
 struct VoronoiCell {
@@ -121,7 +122,7 @@ FN float voronoi_bound(uint dimensions, uint metric, float exponent, vec4 d) {
 FN float voronoi_distance(uint dimensions, uint metric, float exponent, vec4 d) {
   const float bound = voronoi_bound(dimensions, metric, exponent, d);
   if (dimensions == 1u || metric == METRIC_MANHATTAN || metric == METRIC_CHEBYCHEV) return bound;
-  return metric == METRIC_EUCLIDEAN ? sqrt(bound) : pow(bound, 1.0f / exponent);
+  return metric == METRIC_EUCLIDEAN ? sqrt(bound) : min(pow(bound, 1.0f / exponent), VORONOI_LARGEST);
 }
 
 FN VoronoiNearest voronoi_nearest(uint dimensions, uint metric, float exponent, float randomness, IN(VoronoiCell) c,
@@ -132,6 +133,7 @@ FN VoronoiNearest voronoi_nearest(uint dimensions, uint metric, float exponent, 
   s.cell1 = voronoi_block(dimensions, 3) / 2;
   s.cell2 = s.cell1;
   const int cells = voronoi_block(dimensions, 3);
+  UNROLL
   for (int number = 0; number < cells; ++number) {
     const VoronoiCell n = voronoi_neighbour(dimensions, c, number, 3);
     const float b = voronoi_bound(dimensions, metric, exponent, voronoi_at(dimensions, c, n, randomness) - local);
@@ -170,6 +172,7 @@ FN VoronoiPoint voronoi_smooth(uint dimensions, uint metric, float exponent, flo
   s.color = vec3(0.0f, 0.0f, 0.0f);
   s.position = vec4(0.0f, 0.0f, 0.0f, 0.0f);
   const int cells = voronoi_block(dimensions, 5);
+  UNROLL
   for (int number = 0; number < cells; ++number) {
     const VoronoiCell n = voronoi_neighbour(dimensions, c, number, 5);
     const vec4 at = voronoi_at(dimensions, c, n, randomness);
@@ -196,6 +199,7 @@ FN float voronoi_edge(uint dimensions, float randomness, vec4 p) {
   const vec4 nearest = voronoi_at(dimensions, c, voronoi_neighbour(dimensions, c, from, 3), randomness) - local;
   float result = VORONOI_FAR;
   const int cells = voronoi_block(dimensions, 3);
+  UNROLL
   for (int number = 0; number < cells; ++number) {
     const VoronoiCell n = voronoi_neighbour(dimensions, c, number, 3);
     const vec4 to = voronoi_at(dimensions, c, n, randomness) - local;
@@ -218,6 +222,7 @@ FN float voronoi_n_sphere(uint dimensions, float randomness, vec4 p) {
   const vec4 at = voronoi_at(dimensions, c, centre, randomness);
   float nearest = VORONOI_FAR;
   const int cells = voronoi_block(dimensions, 3);
+  UNROLL
   for (int number = 0; number < cells; ++number) {
     const VoronoiCell n = voronoi_neighbour(dimensions, centre, number, 3);
     const vec4 d = at - voronoi_at(dimensions, c, n, randomness);

@@ -54,7 +54,7 @@ FN VoronoiInputs voronoi_inputs(uint mode, float scale, float detail, float roug
                                 float smoothness, float exponent, float randomness) {
   VoronoiInputs i;
   i.scale = scale;
-  i.detail = clamp(detail, 0.0f, NOISE_MAX_DETAIL);
+  i.detail = noise_detail(detail);
   i.roughness = saturate(roughness);
   i.lacunarity = lacunarity;
   i.smoothness = clamp(0.5f * smoothness, 0.0f, 0.5f);
