@@ -20,6 +20,8 @@ from cotorra.log import Log
 from cotorra.shader.explain import CLOSURE_ARGUMENTS
 from cotorra.shader.ops import Kind, Op, Tables
 
+from flat_scenes import node
+
 LIST = Path(__file__).resolve().parent.parent / 'kernels' / 'program' / 'ops.inc'
 ROW = re.compile(r'^PROGRAM_OP\(\w+, (\w+), (\d+)u, (\w+), (\w*), (\w*) *\)', re.MULTILINE)
 
@@ -99,6 +101,23 @@ def new_material(name: str = 'Material') -> tuple[bpy.types.Material, bpy.types.
     emission, output = tree.nodes.new('ShaderNodeEmission'), tree.nodes.new('ShaderNodeOutputMaterial')
     tree.links.new(emission.outputs[0], output.inputs['Surface'])
     return material, emission
+
+
+def link(start: bpy.types.NodeSocket, end: bpy.types.NodeSocket) -> None:
+    start.id_data.links.new(start, end)
+
+
+def emitted(kind: str, output: int | str = 0, **values: object) -> tuple[bpy.types.Material, bpy.types.Node]:
+    """A material that emits what a node shows."""
+    material, emission = new_material()
+    made = node(material.node_tree, kind, **values)
+    link(made.outputs[output], emission.inputs['Color'])
+    return material, made
+
+
+def varying(tree: bpy.types.NodeTree) -> bpy.types.NodeSocket:
+    """A number that no one folds."""
+    return node(tree, 'NewGeometry').outputs['Backfacing']
 
 
 # ---- A small interpreter.
