@@ -125,7 +125,10 @@ def varying(tree: bpy.types.NodeTree) -> bpy.types.NodeSocket:
 
 @dataclass
 class Values:
-    """Evaluates a shader for one shading point. given: what context ops show, by name."""
+    """Evaluates a shader for one shading point.
+
+    given: what ops show that do not only compute, by name; functions of the shift and the arguments, or values.
+    """
 
     read: Read
     given: dict[str, object] = field(default_factory=dict)
@@ -141,7 +144,9 @@ class Values:
             args = [self.value(ref, letter) for ref, letter in zip(refs, op.arguments, strict=True)]
             if name in self.given:
                 given = self.given[name]
-                shown = given(mode >> 30) if callable(given) else given
+                shown = given(mode >> 30, *args) if callable(given) else given
+            elif name == 'curve_f':
+                shown = _curve(made.tables, *args)
             else:
                 shown = COMPUTED[name](mode, *args)
             self.found.append(np.broadcast_to(np.asarray(shown, np.float64), (3,)))
@@ -212,6 +217,11 @@ def _mix_color(mode: int, factor: float, a: np.ndarray, b: np.ndarray) -> np.nda
     factor = min(max(factor, 0.0), 1.0) if mode & 256 else factor
     found = a + factor * (BLENDS[mode & 255](a, b) - a)
     return np.clip(found, 0.0, 1.0) if mode & 512 else found
+
+
+def _curve(tables: np.ndarray, value: float, table: float, low: float, high: float, factor: float) -> float:
+    at = min(max((value - low) / (high - low), 0.0), 1.0)
+    return value + factor * (np.interp(at * 255.0, np.arange(256), tables[int(table) :][:256]) - value)
 
 
 COMPUTED: dict[str, Callable] = {

@@ -125,12 +125,6 @@ def test_noise_types() -> None:
 # ---- Tables.
 
 
-def evaluated(table: np.ndarray, place: float) -> np.ndarray:
-    at = place * 255.0
-    low = min(int(at), 254)
-    return table[low] + (at - low) * (table[low + 1] - table[low])
-
-
 @pytest.mark.parametrize('interpolation', ['LINEAR', 'EASE', 'CARDINAL', 'B_SPLINE', 'CONSTANT'])
 @pytest.mark.parametrize('mode', ['RGB', 'HSV', 'HSL'])
 def test_ramps(interpolation: str, mode: str) -> None:

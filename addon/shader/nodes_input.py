@@ -252,7 +252,7 @@ def _attribute(node: Node, output: str) -> Ref:
             layer = instancer_layer(name)
         case _:
             if not name:
-                return node.constant(0.0)
+                return node.constant(1.0 if output == 'Alpha' else 0.0)
             if name == 'generated':
                 return _generated_attribute(node, output)
             layer = STANDARD.get(name, name)
