@@ -123,11 +123,17 @@ def varying(tree: bpy.types.NodeTree) -> bpy.types.NodeSocket:
 # ---- A small interpreter.
 
 
+def step_of(mode: int) -> np.ndarray:
+    """How far aside, in pixels along both axes, an op is asked for."""
+    width = float(np.array(mode & 0xFFFF, np.uint16).view(np.float16))
+    return width * np.array({0: (0, 0), 1: (1, 0), 2: (0, 1)}[mode >> 30])
+
+
 @dataclass
 class Values:
     """Evaluates a shader for one shading point.
 
-    given: what ops show that do not only compute, by name; functions of the shift and the arguments, or values.
+    given: what ops show that do not only compute, by name; functions of the step aside and the arguments, or values.
     """
 
     read: Read
@@ -144,7 +150,7 @@ class Values:
             args = [self.value(ref, letter) for ref, letter in zip(refs, op.arguments, strict=True)]
             if name in self.given:
                 given = self.given[name]
-                shown = given(mode >> 30, *args) if callable(given) else given
+                shown = given(step_of(mode), *args) if callable(given) else given
             elif name == 'curve_f':
                 shown = _curve(made.tables, *args)
             else:
@@ -221,7 +227,7 @@ def _mix_color(mode: int, factor: float, a: np.ndarray, b: np.ndarray) -> np.nda
 
 def _curve(tables: np.ndarray, value: float, table: float, low: float, high: float, factor: float) -> float:
     at = min(max((value - low) / (high - low), 0.0), 1.0)
-    return value + factor * (np.interp(at * 255.0, np.arange(256), tables[int(table) :][:256]) - value)
+    return value + factor * (np.interp(at * 256.0, np.arange(257), tables[int(table) :][:257]) - value)
 
 
 COMPUTED: dict[str, Callable] = {

@@ -138,9 +138,9 @@ def test_ramps(interpolation: str, mode: str) -> None:
     link(varying(material.node_tree), made.inputs[0])
     found = read(material)
     table = found.shader.tables.reshape(-1, 4)
-    assert table.shape == (256, 4)
+    assert table.shape == (257, 4)
     for place in (0.0, 0.2, 0.4, 1.0):
-        assert table[round(place * 255)] == pytest.approx(ramp.evaluate(round(place * 255) / 255), abs=1e-6)
+        assert table[round(place * 256)] == pytest.approx(ramp.evaluate(round(place * 256) / 256), abs=1e-6)
     assert found.modes('ramp_v') == [int(ramp.interpolation == 'CONSTANT')]
 
 
@@ -155,8 +155,8 @@ def test_curves() -> None:
     found = read(material)
     table = found.shader.tables.reshape(-1, 3)
     mapping.initialize()
-    for index in (0, 60, 200, 255):
-        after = mapping.evaluate(mapping.curves[3], index / 255)
+    for index in (0, 60, 200, 256):
+        after = mapping.evaluate(mapping.curves[3], index / 256)
         expected = [mapping.evaluate(mapping.curves[channel], after) for channel in range(3)]
         assert table[index] == pytest.approx(expected, abs=1e-6)
     assert found.modes('rgb_curve_v') == [0]
@@ -181,7 +181,7 @@ def test_equal_tables_stand_once() -> None:
     link(varying(material.node_tree), made.inputs[0])
     link(made.outputs[0], other.inputs[0])
     link(other.outputs[0], next(f for f in material.node_tree.nodes if f.type == 'EMISSION').inputs['Color'])
-    assert len(read(material).shader.tables) == 1024
+    assert len(read(material).shader.tables) == 257 * 4
 
 
 # ---- A texture's own mapping.

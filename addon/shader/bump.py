@@ -7,6 +7,7 @@ Blinn 1978, "Simulation of Wrinkled Surfaces": a height is evaluated in its plac
 from __future__ import annotations
 
 import bpy
+import numpy as np
 
 from .feeds import Fed
 from .nodes_input import bitangent
@@ -29,7 +30,7 @@ def _width(node: bpy.types.Node) -> float:
     """How wide the steps of a Bump node are, in pixels. Cycles takes the constant even where something is linked."""
     socket = node.inputs.get('Filter Width')
     width = 1.0 if socket is None else socket.default_value
-    return width if 1e-6 < width < 1e6 else 1.0
+    return float(np.float16(width)) if 1e-4 < width < 1e4 else 1.0
 
 
 def _bump_shifts(node: bpy.types.Node, socket: bpy.types.NodeSocket) -> tuple[Shift, ...]:

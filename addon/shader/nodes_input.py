@@ -106,7 +106,7 @@ def layer_v(node: Node, name: str) -> Ref:
 
 
 def layer_f(node: Node, name: str, op: str = 'attribute_fac') -> Ref:
-    return node.at_point(op, node.builder.named('layer', name), vector=False)
+    return node.at_point(op, node.builder.named('layer', name))
 
 
 @value('ShaderNodeTexCoord')

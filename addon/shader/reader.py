@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 from functools import cache
 
 import bpy
+import numpy as np
 
 from ..export.images import ImageTable
 from ..export.textures import LUMINANCE
@@ -24,7 +25,7 @@ TRUNCATE = 32  # of the Math node
 # The deepest chain of nodes that is read by calls within calls; beyond, they are read one after the other.
 DEPTH_MAX = 40
 
-# Where an op is evaluated: in its place, or one step aside for a bump: the axis (1 or 2), and the width of the step.
+# Where an op is evaluated: in its place, or a step aside for a bump: the axis (1 or 2), and the width in pixels.
 Shift = tuple[int, float]
 HERE: Shift = (0, 1.0)
 
@@ -282,19 +283,17 @@ class Node:
     def surface_normal(self) -> Ref:
         return self.emit('normal') if self.reader.normal is None else self.reader.normal
 
-    def at_point(self, name: str, *args: Ref, mode: int = 0, vector: bool = True) -> Ref:
-        """An op that reads the shading point, which bump maps ask for one step aside.
-
-        What it reads changes linearly along the surface, so a step of another width is a mix of none and one.
-        """
-        here = self.emit(name, *args, mode=mode)
+    def at_point(self, name: str, *args: Ref, mode: int = 0) -> Ref:
+        """An op that reads the shading point, which bump maps ask for a step aside."""
         axis, width = self.shift
-        if axis == 0:
-            return here
-        aside = self.emit(name, *args, mode=mode | axis << SHIFT_BIT)
-        if width == 1.0:
-            return aside
-        return self.emit('mix_v' if vector else 'mix_f', self.constant(width), here, aside)
+        if axis:
+            mode |= axis << SHIFT_BIT | half_bits(width)
+        return self.emit(name, *args, mode=mode)
+
+
+def half_bits(number: float) -> int:
+    """The bits of a half float, in which modes hold the width of a step."""
+    return int(np.float16(number).view(np.uint16))
 
 
 @cache

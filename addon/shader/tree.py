@@ -20,7 +20,7 @@ from .ops import Tables
 Ref = int
 Triple = tuple[float, float, float]
 
-SHIFT_BIT = 30  # of the modes of ops that read the shading point: 1 a step along x, 2 along y
+SHIFT_BIT = 30  # of the modes of ops that read the shading point: 1 a step along x, 2 along y, bits 0 to 15 its width
 
 
 class Named(NamedTuple):
