@@ -14,7 +14,7 @@ from pathlib import Path
 import bpy
 import numpy as np
 import pytest
-from cotorra import compat
+from cotorra import compat, shader
 
 import flat_scenes
 import shader_reading
@@ -394,6 +394,58 @@ def test_ten_thousand_nodes_in_a_line(is_drawn: bool, monkeypatch: pytest.Monkey
     found = read(material)
     assert found.ops.count('math') == 10_000 and not found.warnings
     assert Values(found, {'backfacing': 1.0}).emission() == pytest.approx(np.full(3, 5001.0))
+
+
+def test_groups_within_groups_without_end(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Ten groups, each twice within the next, and a lower limit, since Blender itself is slow to nest them."""
+    monkeypatch.setattr(shader, 'NODES_MAX', 1000)
+
+    def doubled(inner: bpy.types.NodeTree) -> Callable:
+        def fill(tree: bpy.types.NodeTree, start: bpy.types.Node, end: bpy.types.Node) -> None:
+            both = node(tree, 'Math')
+            for index in range(2):
+                made = node(tree, 'Group', node_tree=inner)
+                tree.links.new(start.outputs[0], made.inputs[0])
+                tree.links.new(made.outputs[0], both.inputs[index])
+            tree.links.new(both.outputs[0], end.inputs[0])
+
+        return fill
+
+    inner = group('Group', ('Float',), ('Float',), flat_scenes.through)
+    for _ in range(10):
+        inner = group('Group', ('Float',), ('Float',), doubled(inner))
+    material, emission = new_material()
+    made = node(material.node_tree, 'Group', node_tree=inner)
+    link(varying(material.node_tree), made.inputs[0])
+    link(made.outputs[0], emission.inputs['Strength'])
+    found = read(material)
+    assert found.closures == ['diffuse'] and 'nodes' in found.warnings[0]
+
+
+def test_ten_thousand_mixes() -> None:
+    def hundred(tree: bpy.types.NodeTree, start: bpy.types.Node, end: bpy.types.Node) -> None:
+        at = start.outputs[0]
+        for _ in range(100):
+            made = node(tree, 'MixShader')
+            tree.links.new(start.outputs[1], made.inputs[0])
+            tree.links.new(at, made.inputs[1])
+            tree.links.new(start.outputs[0], made.inputs[2])
+            at = made.outputs[0]
+        tree.links.new(at, end.inputs[0])
+
+    inner = group('Hundred', ('Shader', 'Float'), ('Shader',), hundred)
+    material, emission = new_material()
+    tree = material.node_tree
+    at = emission.outputs[0]
+    for _ in range(100):
+        made = node(tree, 'Group', node_tree=inner)
+        link(at, made.inputs[0])
+        link(varying(tree), made.inputs[1])
+        at = made.outputs[0]
+    link(at, next(found for found in tree.nodes if found.type == 'OUTPUT_MATERIAL').inputs['Surface'])
+    found = Values(read(material), {'backfacing': 0.25})
+    assert found.read.closures == ['emission']
+    assert found.weight(0)[0] == pytest.approx(1.0)
 
 
 def test_equal_materials_are_equal() -> None:

@@ -14,7 +14,7 @@ from .. import compat, native
 from ..export.nodes import Trees
 from . import bump, nodes_input, nodes_math, nodes_texture  # noqa: F401 (they register their nodes)
 from .closures import CLOSURES, read_closures
-from .feeds import Feeds, feeds_of
+from .feeds import NODES_MAX, Feeds, feeds_of, node_count
 from .ops import Tables, tables
 from .reader import NOT_READ, VALUES, Reader, Scene
 from .tree import Builder, Draft
@@ -79,6 +79,10 @@ def shaders_of(
     tree = compat.node_tree(owner)
     kind = KINDS[type(owner).bl_rna.identifier if not isinstance(owner, bpy.types.Light) else 'Light']
     if tree is None:
+        _plain(builder, owner, kind)
+        return builder.draft(owner.name)
+    if node_count(tree) > NODES_MAX:
+        warn(f'it has more than {NODES_MAX:,} nodes, those of groups in groups counted: it is not read')
         _plain(builder, owner, kind)
         return builder.draft(owner.name)
     feeds = feeds_of(owner, tree, trees)

@@ -12,7 +12,7 @@ import bpy
 import numpy as np
 from mathutils import Euler
 
-from ..export.buffers import INTERPOLATION_CLOSEST, INTERPOLATION_CUBIC, INTERPOLATION_LINEAR
+from ..export.buffers import EXTENSION_REPEAT, INTERPOLATION_CLOSEST, INTERPOLATION_CUBIC, INTERPOLATION_LINEAR
 from . import tables
 from .nodes_input import affine, generated, object_normal, uv
 from .reader import TRUNCATE, Node, UnreadError, value
@@ -271,7 +271,7 @@ def _environment(node: Node, output: str) -> Ref:
     loaded = _loaded(node)
     if loaded is None:
         return node.constant(MISSING_IMAGE)
-    mode = node.enum('projection') | INTERPOLATIONS[node.node.interpolation] << 2
+    mode = INTERPOLATIONS[node.node.interpolation] | EXTENSION_REPEAT << 2 | node.enum('projection') << 4
     return node.emit('environment_v', coordinates(node, 'position'), node.constant(float(loaded.index)), mode=mode)
 
 

@@ -195,6 +195,7 @@ class Builder:
                 named.append((index, row))
             else:
                 constants[index] = row
+        np.nan_to_num(constants, copy=False, posinf=0.0, neginf=0.0)
         closures = np.zeros(len(self._closures), CLOSURE)
         closure_args: list[Ref] = []
         for row, (kind, mode, weight, args) in zip(closures, self._closures, strict=True):
