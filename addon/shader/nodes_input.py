@@ -204,7 +204,7 @@ def _layer_weight(node: Node, output: str) -> Ref:
 
 @value('ShaderNodeAmbientOcclusion')
 def _occlusion(node: Node, output: str) -> Ref:
-    node.warn('ambient occlusion in shaders is not supported yet: nothing is occluded')
+    node.warn_nearest()
     mode = node.node.inside | node.node.only_local << 1
     color = node.v('Color')
     ao = node.emit('ao', color, node.f('Distance'), node.normal(), mode=mode)
@@ -213,7 +213,7 @@ def _occlusion(node: Node, output: str) -> Ref:
 
 @value('ShaderNodeBevel')
 def _bevel(node: Node, output: str) -> Ref:
-    node.warn('bevels are not supported yet: edges stay sharp')
+    node.warn_nearest()
     return node.emit('bevel', node.f('Radius'), node.normal())
 
 

@@ -16,6 +16,7 @@ import numpy as np
 from ..export.images import ImageTable
 from ..export.textures import LUMINANCE
 from .feeds import Constant, Contexts, Fed, Feeds
+from .support import NEAREST, NOT_SUPPORTED
 from .tree import SHIFT_BIT, Builder, Ref, Triple, finite
 
 NUMBERS = frozenset(('VALUE', 'INT', 'BOOLEAN'))
@@ -157,7 +158,7 @@ class Reader:
         try:
             evaluate = VALUES.get(node.kind)
             if evaluate is None:
-                raise UnreadError(NOT_READ.get(node.kind, 'this node is not supported yet'))
+                raise UnreadError(NOT_SUPPORTED.get(node.kind, 'this node is not supported yet'))
             ref = evaluate(node, fed.socket.identifier)
         except UnreadError as unread:
             if str(unread):
@@ -275,6 +276,10 @@ class Node:
     def warn(self, text: str) -> None:
         self.reader.warn(f'node "{self.label}": {text}')
 
+    def warn_nearest(self) -> None:
+        """Say what this node is shown as."""
+        self.warn(NEAREST[self.kind])
+
     def normal(self, name: str = 'Normal') -> Ref:
         """A normal: what is linked, or the surface's."""
         ref = self.linked(name)
@@ -304,6 +309,3 @@ def enum_numbers(kind: str, name: str) -> dict[str, int]:
 
 # Which shifts of an input a node of this type asks for: bump maps evaluate their height at three places.
 SHIFTS: dict[str, Callable[[bpy.types.Node, bpy.types.NodeSocket], tuple[Shift, ...]]] = {}
-
-# Types of nodes that are not read, and why; empty where Cycles does not render them either.
-NOT_READ: dict[str, str] = {}
