@@ -10,11 +10,11 @@ import bpy
 import numpy as np
 
 from .feeds import Fed
-from .nodes_input import bitangent
 from .reader import HERE, SHIFTS, Node, Reader, Shift, value
 from .tree import DIVIDE, MULTIPLY, SUBTRACT, VECTOR_ADD, VECTOR_DOT, VECTOR_SUBTRACT, Ref
 
 BLUE = (0.5, 0.5, 1.0)  # of a normal map: the normal itself
+ALONG_BITANGENT = (0.5, 1.0, 0.5)
 DIRECTX = 1 << 3
 
 # Modes of object_transform: a normal from world to object, a vector from object to world.
@@ -94,9 +94,10 @@ def _vector_displacement(node: Node, output: str) -> Ref:
     if node.node.space == 'WORLD':
         return way
     if node.node.space == 'TANGENT':
-        tangent, normal = node.emit('uv_tangent', builder.named('tangent', '')), node.surface_normal()
-        # x along the tangent, y along the normal, z along what is square to both.
-        parts = (tangent, normal, bitangent(node, normal, tangent))
+        layer, normal = builder.named('tangent', ''), node.surface_normal()
+        # x along the tangent, y along the normal, z along what is square to both, on the side that the UV map says.
+        bitangent = node.emit('normal_map', node.constant(ALONG_BITANGENT), node.constant(1.0), layer)
+        parts = (node.emit('uv_tangent', layer), normal, bitangent)
         scaled = [builder.scale(axis, node.emit('component', way, mode=at)) for at, axis in enumerate(parts)]
         way = node.emit('vector_math_v', scaled[0], scaled[1], zero, zero, mode=VECTOR_ADD)
         return node.emit('vector_math_v', way, scaled[2], zero, zero, mode=VECTOR_ADD)

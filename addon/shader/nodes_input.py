@@ -19,7 +19,7 @@ from ..export.attributes import (
     object_layer,
 )
 from .reader import Node, UnreadError, value
-from .tree import VECTOR_CROSS, VECTOR_DOT, VECTOR_NORMALIZE, VECTOR_REFLECT, VECTOR_SCALE, Ref
+from .tree import VECTOR_DOT, VECTOR_NORMALIZE, VECTOR_REFLECT, VECTOR_SCALE, Ref
 
 # Outputs of Light Path in the order of 5.2, which is the mode of the op.
 LIGHT_PATH = (
@@ -227,11 +227,6 @@ def _normal(node: Node, output: str) -> Ref:
         return direction
     normal = node.emit('vector_math_v', node.v('Normal'), zero, zero, zero, mode=VECTOR_NORMALIZE)
     return node.emit('vector_math_f', direction, normal, zero, zero, mode=VECTOR_DOT)
-
-
-def bitangent(node: Node, normal: Ref, tangent: Ref) -> Ref:
-    zero = node.constant(0.0)
-    return node.emit('vector_math_v', normal, tangent, zero, zero, mode=VECTOR_CROSS)
 
 
 # ---- Attributes.

@@ -93,10 +93,10 @@ class Reader:
 
     def value(self, socket: bpy.types.NodeSocket, contexts: Contexts, shift: Shift, vector: bool) -> Ref:
         """The value of an input, as three numbers if `vector`, else as one."""
-        fed = self.feeds.feeding(socket, contexts)
-        ref = None if fed is None else self._arriving(fed, socket, shift, vector)
-        if ref is not None:
-            return ref
+        if socket.is_linked:
+            ref = self.arriving(socket, contexts, shift, vector)
+            if ref is not None:
+                return ref
         own = getattr(socket, 'default_value', 0.0)
         if type(own) is float and own - own == 0.0:  # the most frequent kind: a finite number
             return self.builder.constant(own)
@@ -105,9 +105,8 @@ class Reader:
     def arriving(self, socket: bpy.types.NodeSocket, contexts: Contexts, shift: Shift, vector: bool) -> Ref | None:
         """As `value`; None where an input's own value counts."""
         fed = self.feeds.feeding(socket, contexts)
-        return None if fed is None else self._arriving(fed, socket, shift, vector)
-
-    def _arriving(self, fed: Fed | Constant, socket: bpy.types.NodeSocket, shift: Shift, vector: bool) -> Ref | None:
+        if fed is None:
+            return None
         kind = socket.type
         if isinstance(fed, Constant):
             return self.typed(fed.value, kind, vector, socket)
@@ -254,12 +253,15 @@ class Node:
         return name in self.sockets and self.sockets[name].enabled
 
     def is_fed(self, name: str) -> bool:
-        return self.reader.feeds.feeding(self.sockets[name], self.contexts) is not None
+        socket = self.sockets[name]
+        return socket.is_linked and self.reader.feeds.feeding(socket, self.contexts) is not None
 
     def linked(self, name: str) -> Ref | None:
         """A vector that is linked to an input; None where it stands for something of the surface."""
         socket = self.sockets.get(name)
-        return None if socket is None else self.reader.arriving(socket, self.contexts, self.shift, True)
+        if socket is None or not socket.is_linked:
+            return None
+        return self.reader.arriving(socket, self.contexts, self.shift, True)
 
     def own(self, name: str) -> float | Triple:
         """The value typed into an input."""
