@@ -37,6 +37,7 @@ class ShaderTable:
         def attribute(name: str) -> tuple[float, float, float, float]:
             return view_layer_value(self.scene, self.view_layer, name)
 
+        self.log.checkpoint()
         found = shader.Scene(self.images, attribute)
         draft = shader.shaders_of(owner, self.trees.of(warn), found, warn)
         key = draft.key

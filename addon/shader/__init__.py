@@ -14,45 +14,11 @@ from .. import compat, native
 from ..export.nodes import Trees
 from . import bump, nodes_input, nodes_math, nodes_texture  # noqa: F401 (they register their nodes)
 from .closures import CLOSURES, read_closures
-from .feeds import Feeds, feeds_of
+from .feeds import NODES_MAX, Feeds, feeds_of, node_count
 from .ops import Tables, tables
-from .reader import NOT_READ, VALUES, Reader, Scene
+from .reader import VALUES, Reader, Scene
+from .support import NEAREST, NOT_SUPPORTED, STRUCTURE
 from .tree import Builder, Draft
-
-# Nodes that are no part of what is shown, or are resolved before reading.
-STRUCTURE = frozenset(
-    (
-        'ShaderNodeAddShader',
-        'ShaderNodeMixShader',
-        'ShaderNodeGroup',
-        'ShaderNodeOutputLight',
-        'ShaderNodeOutputMaterial',
-        'ShaderNodeOutputWorld',
-    )
-)
-
-# What is not read, and why. Where Cycles does not render a node either, an input that it feeds keeps its own value,
-# as in Cycles.
-AS_CYCLES = 'Cycles does not render it either'
-NOT_SUPPORTED = {
-    'ShaderNodeCustomGroup': 'nodes that other add-ons define are not supported',
-    'ShaderNodeEeveeSpecular': AS_CYCLES,
-    'ShaderNodeOutputAOV': 'passes of shaders are not supported yet',
-    'ShaderNodeOutputLineStyle': AS_CYCLES,
-    'ShaderNodeRaycast': 'rays of shaders are not supported yet',
-    'ShaderNodeScript': 'scripts (OSL) are not supported',
-    'ShaderNodeShaderToRGB': AS_CYCLES,
-    'ShaderNodeSqueeze': AS_CYCLES,
-    'ShaderNodeTexIES': 'IES textures are not supported yet',
-    'ShaderNodeTexPointDensity': 'point density is not supported',
-    'ShaderNodeTexSky': 'skies are not supported yet',
-    'ShaderNodeUVAlongStroke': AS_CYCLES,
-    'ShaderNodeVolumeAbsorption': 'volumes are not supported yet',
-    'ShaderNodeVolumeCoefficients': 'volumes are not supported yet',
-    'ShaderNodeVolumePrincipled': 'volumes are not supported yet',
-    'ShaderNodeVolumeScatter': 'volumes are not supported yet',
-}
-NOT_READ.update(NOT_SUPPORTED)
 
 
 def is_available() -> bool:
@@ -79,6 +45,10 @@ def shaders_of(
     tree = compat.node_tree(owner)
     kind = KINDS[type(owner).bl_rna.identifier if not isinstance(owner, bpy.types.Light) else 'Light']
     if tree is None:
+        _plain(builder, owner, kind)
+        return builder.draft(owner.name)
+    if node_count(tree) > NODES_MAX:
+        warn(f'it has more than {NODES_MAX:,} nodes, those of groups in groups counted: it is not read')
         _plain(builder, owner, kind)
         return builder.draft(owner.name)
     feeds = feeds_of(owner, tree, trees)
@@ -121,4 +91,4 @@ def _read_output(reader: Reader, owner: bpy.types.ID, warn: Callable[[str], None
             warn(f'node "{reader.feeds.name(node)}": passes of shaders are not supported yet: left out')
 
 
-__all__ = ['CLOSURES', 'NOT_SUPPORTED', 'STRUCTURE', 'VALUES', 'Draft', 'Feeds', 'Scene', 'shaders_of']
+__all__ = ['CLOSURES', 'NEAREST', 'NOT_SUPPORTED', 'STRUCTURE', 'VALUES', 'Draft', 'Feeds', 'Scene', 'shaders_of']

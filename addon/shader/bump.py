@@ -7,13 +7,14 @@ Blinn 1978, "Simulation of Wrinkled Surfaces": a height is evaluated in its plac
 from __future__ import annotations
 
 import bpy
+import numpy as np
 
 from .feeds import Fed
-from .nodes_input import bitangent
 from .reader import HERE, SHIFTS, Node, Reader, Shift, value
 from .tree import DIVIDE, MULTIPLY, SUBTRACT, VECTOR_ADD, VECTOR_DOT, VECTOR_SUBTRACT, Ref
 
 BLUE = (0.5, 0.5, 1.0)  # of a normal map: the normal itself
+ALONG_BITANGENT = (0.5, 1.0, 0.5)
 DIRECTX = 1 << 3
 
 # Modes of object_transform: a normal from world to object, a vector from object to world.
@@ -29,7 +30,7 @@ def _width(node: bpy.types.Node) -> float:
     """How wide the steps of a Bump node are, in pixels. Cycles takes the constant even where something is linked."""
     socket = node.inputs.get('Filter Width')
     width = 1.0 if socket is None else socket.default_value
-    return width if 1e-6 < width < 1e6 else 1.0
+    return float(np.float16(width)) if 1e-4 < width < 1e4 else 1.0
 
 
 def _bump_shifts(node: bpy.types.Node, socket: bpy.types.NodeSocket) -> tuple[Shift, ...]:
@@ -93,9 +94,10 @@ def _vector_displacement(node: Node, output: str) -> Ref:
     if node.node.space == 'WORLD':
         return way
     if node.node.space == 'TANGENT':
-        tangent, normal = node.emit('uv_tangent', builder.named('tangent', '')), node.surface_normal()
-        # x along the tangent, y along the normal, z along what is square to both.
-        parts = (tangent, normal, bitangent(node, normal, tangent))
+        layer, normal = builder.named('tangent', ''), node.surface_normal()
+        # x along the tangent, y along the normal, z along what is square to both, on the side that the UV map says.
+        bitangent = node.emit('normal_map', node.constant(ALONG_BITANGENT), node.constant(1.0), layer)
+        parts = (node.emit('uv_tangent', layer), normal, bitangent)
         scaled = [builder.scale(axis, node.emit('component', way, mode=at)) for at, axis in enumerate(parts)]
         way = node.emit('vector_math_v', scaled[0], scaled[1], zero, zero, mode=VECTOR_ADD)
         return node.emit('vector_math_v', way, scaled[2], zero, zero, mode=VECTOR_ADD)

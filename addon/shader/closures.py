@@ -12,7 +12,8 @@ from typing import NamedTuple
 import bpy
 
 from .feeds import Constant, Contexts, Fed
-from .reader import HERE, NOT_READ, NUMBERS, Node, Reader
+from .reader import HERE, NUMBERS, Node, Reader
+from .support import NOT_SUPPORTED
 from .tree import Ref
 
 DISTRIBUTIONS = ('GGX', 'MULTI_GGX', 'BECKMANN', 'ASHIKHMIN_SHIRLEY')
@@ -129,9 +130,7 @@ def _read(reader: Reader, part: Part, weight: Ref) -> None:
     if kind in CLOSURES:
         CLOSURES[kind](node, weight)
     elif kind not in ('ShaderNodeMixShader', 'ShaderNodeAddShader'):
-        text = NOT_READ.get(kind, 'this node is not supported yet')
-        if text:
-            node.warn(f'{text}: left out')
+        node.warn(f'{NOT_SUPPORTED.get(kind, "this node is not supported yet")}: left out')
     builder.label = ''
 
 
@@ -150,7 +149,7 @@ def _transparent(node: Node, weight: Ref) -> None:
 
 @closure('ShaderNodeBsdfRayPortal')
 def _portal(node: Node, weight: Ref) -> None:
-    node.warn('ray portals are not supported yet: it is clear')
+    node.warn_nearest()
     _transparent(node, weight)
 
 
@@ -283,13 +282,13 @@ def _film(node: Node) -> tuple[Ref, Ref]:
 
 @closure('ShaderNodeSubsurfaceScattering')
 def _subsurface(node: Node, weight: Ref) -> None:
-    node.warn('subsurface scattering is not supported yet: it is diffuse')
+    node.warn_nearest()
     node.builder.closure('diffuse', weight, node.v('Color'), node.constant(0.0), node.normal())
 
 
 @closure('ShaderNodeBsdfHair', 'ShaderNodeBsdfHairPrincipled')
 def _hair(node: Node, weight: Ref) -> None:
-    node.warn('hair shaders are not supported yet: it is diffuse')
+    node.warn_nearest()
     is_colored = node.has('Color')  # melanin and absorption are none
     color = node.v('Color') if is_colored else node.constant(HAIR)
     node.builder.closure('diffuse', weight, color, node.constant(0.0), node.normal())

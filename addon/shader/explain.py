@@ -104,7 +104,10 @@ def _value(shader: Shader, ref: int, letter: str) -> str:
 
 def _mode(name: str, mode: int) -> str:
     shift, mode = mode >> SHIFT_BIT, mode & ((1 << SHIFT_BIT) - 1)
-    aside = ('', '@dx', '@dy')[shift] if shift < 3 else f'@{shift}'
+    aside = ''
+    if shift:
+        width = float(np.array(mode & 0xFFFF, np.uint16).view(np.float16))
+        aside, mode = f' {width:.3g} {" xy"[shift]} aside', mode & ~0xFFFF
     if name in OPERATIONS:
         kind, member, mask = OPERATIONS[name]
         words = {number: word.lower() for word, number in enum_numbers(kind, member).items()}

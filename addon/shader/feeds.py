@@ -81,6 +81,26 @@ class DrawnFeeds:
         return node.name
 
 
+# More nodes than anyone draws, groups within groups counted as often as they are used.
+NODES_MAX = 1_000_000
+
+
+def node_count(tree: bpy.types.NodeTree, known: dict[bpy.types.NodeTree, int] | None = None) -> int:
+    """How many nodes a tree has with those of its groups, of which each use counts."""
+    known = {} if known is None else known
+    waiting = [tree]
+    while waiting:
+        at = waiting[-1]
+        inner = [node.node_tree for node in at.nodes if node.type == 'GROUP' and node.node_tree is not None]
+        unknown = [one for one in inner if one not in known and one not in waiting]
+        if unknown:
+            waiting += unknown
+        else:
+            known[at] = len(at.nodes) + sum(known.get(one, 0) for one in inner)
+            waiting.pop()
+    return known[tree]
+
+
 def feeds_of(owner: bpy.types.ID, tree: bpy.types.NodeTree, trees: Trees) -> Feeds:
     """The tree of a material, world or light, inlined where this Blender can do so.
 

@@ -19,7 +19,7 @@ from ..export.attributes import (
     object_layer,
 )
 from .reader import Node, UnreadError, value
-from .tree import VECTOR_CROSS, VECTOR_DOT, VECTOR_NORMALIZE, VECTOR_REFLECT, VECTOR_SCALE, Ref
+from .tree import VECTOR_DOT, VECTOR_NORMALIZE, VECTOR_REFLECT, VECTOR_SCALE, Ref
 
 # Outputs of Light Path in the order of 5.2, which is the mode of the op.
 LIGHT_PATH = (
@@ -106,7 +106,7 @@ def layer_v(node: Node, name: str) -> Ref:
 
 
 def layer_f(node: Node, name: str, op: str = 'attribute_fac') -> Ref:
-    return node.at_point(op, node.builder.named('layer', name), vector=False)
+    return node.at_point(op, node.builder.named('layer', name))
 
 
 @value('ShaderNodeTexCoord')
@@ -204,7 +204,7 @@ def _layer_weight(node: Node, output: str) -> Ref:
 
 @value('ShaderNodeAmbientOcclusion')
 def _occlusion(node: Node, output: str) -> Ref:
-    node.warn('ambient occlusion in shaders is not supported yet: nothing is occluded')
+    node.warn_nearest()
     mode = node.node.inside | node.node.only_local << 1
     color = node.v('Color')
     ao = node.emit('ao', color, node.f('Distance'), node.normal(), mode=mode)
@@ -213,7 +213,7 @@ def _occlusion(node: Node, output: str) -> Ref:
 
 @value('ShaderNodeBevel')
 def _bevel(node: Node, output: str) -> Ref:
-    node.warn('bevels are not supported yet: edges stay sharp')
+    node.warn_nearest()
     return node.emit('bevel', node.f('Radius'), node.normal())
 
 
@@ -227,11 +227,6 @@ def _normal(node: Node, output: str) -> Ref:
         return direction
     normal = node.emit('vector_math_v', node.v('Normal'), zero, zero, zero, mode=VECTOR_NORMALIZE)
     return node.emit('vector_math_f', direction, normal, zero, zero, mode=VECTOR_DOT)
-
-
-def bitangent(node: Node, normal: Ref, tangent: Ref) -> Ref:
-    zero = node.constant(0.0)
-    return node.emit('vector_math_v', normal, tangent, zero, zero, mode=VECTOR_CROSS)
 
 
 # ---- Attributes.
@@ -252,7 +247,7 @@ def _attribute(node: Node, output: str) -> Ref:
             layer = instancer_layer(name)
         case _:
             if not name:
-                return node.constant(0.0)
+                return node.constant(1.0 if output == 'Alpha' else 0.0)
             if name == 'generated':
                 return _generated_attribute(node, output)
             layer = STANDARD.get(name, name)

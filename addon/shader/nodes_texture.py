@@ -12,10 +12,11 @@ import bpy
 import numpy as np
 from mathutils import Euler
 
-from ..export.buffers import INTERPOLATION_CLOSEST, INTERPOLATION_CUBIC, INTERPOLATION_LINEAR
+from ..export.buffers import EXTENSION_REPEAT, INTERPOLATION_CLOSEST, INTERPOLATION_CUBIC, INTERPOLATION_LINEAR
+from . import tables
 from .nodes_input import affine, generated, object_normal, uv
-from .reader import Node, UnreadError, value
-from .tree import VECTOR_NORMALIZE, Ref
+from .reader import TRUNCATE, Node, UnreadError, value
+from .tree import MULTIPLY, VECTOR_NORMALIZE, VECTOR_SUBTRACT, Ref
 
 INTERPOLATIONS = {
     'Closest': INTERPOLATION_CLOSEST,
@@ -24,6 +25,11 @@ INTERPOLATIONS = {
     'Smart': INTERPOLATION_CUBIC,
 }
 UNASSOCIATE = 64
+
+FIRST_TILE = 1001  # of UDIM
+
+# More numbers of operations of the node Math.
+ROUND, LESS, GREATER, MULTIPLY_ADD = 14, 15, 16, 36
 
 # What Cycles shows where an image cannot be read; its alpha is 1.
 MISSING_IMAGE = (1.0, 0.0, 1.0)
@@ -210,18 +216,54 @@ def _gabor(node: Node, output: str) -> Ref:
 @value('ShaderNodeTexImage')
 def _image(node: Node, output: str) -> Ref:
     own = node.node
+    if own.image is not None and own.image.source == 'TILED' and own.projection == 'FLAT':
+        return _tiled(node, output)
     loaded = _loaded(node)
     if loaded is None:
         return node.constant(1.0) if output == 'Alpha' else node.constant(MISSING_IMAGE)
+    return _looked_up(node, output, coordinates(node, 'uv'), node.constant(float(loaded.index)), loaded.associated)
+
+
+def _looked_up(node: Node, output: str, vector: Ref, image: Ref, is_associated: bool) -> Ref:
+    own = node.node
     mode = INTERPOLATIONS[own.interpolation] | node.enum('extension') << 2 | node.enum('projection') << 4
     # Cycles divides by alpha only where the node's Alpha is used as well.
-    if loaded.associated and own.outputs['Alpha'].is_linked:
+    if is_associated and own.outputs['Alpha'].is_linked:
         mode |= UNASSOCIATE
     is_box = own.projection == 'BOX'
     blend = node.constant(own.projection_blend if is_box else 0.0)
     normal = object_normal(node) if is_box else node.constant(0.0)
-    op = 'image_f' if output == 'Alpha' else 'image_v'
-    return node.emit(op, coordinates(node, 'uv'), node.constant(float(loaded.index)), blend, normal, mode=mode)
+    return node.emit('image_f' if output == 'Alpha' else 'image_v', vector, image, blend, normal, mode=mode)
+
+
+def _tiled(node: Node, output: str) -> Ref:
+    """UDIM tiles, ten in a row: a table tells the image of each; coordinates are cut towards 0, as in Cycles."""
+    builder, images = node.builder, node.reader.scene.images
+    zero, half, last = node.constant(0.0), node.constant(-0.5), node.constant(float(tables.SIZE - 1))
+    table = np.full(tables.SIZE, images.missing(), np.float32)
+    is_associated = False
+    for tile in node.node.image.tiles:
+        loaded = images.load(node.node.image, node.node.image_user, tile.number)
+        if not 0 <= tile.number - FIRST_TILE < tables.SIZE - 1:
+            node.warn(f'tile {tile.number} is out of the range that is supported')
+        elif isinstance(loaded, str):
+            node.warn(f'tile {tile.number}: {loaded}')
+        else:
+            table[tile.number - FIRST_TILE] = loaded.index
+            is_associated |= loaded.associated
+    vector = coordinates(node, 'uv')
+    cut = [builder.math(TRUNCATE, node.emit('component', vector, mode=axis), zero) for axis in range(2)]
+    tile = node.emit('math', cut[1], node.constant(10.0), cut[0], mode=MULTIPLY_ADD)
+    # The last entry is what lies outside.
+    right = builder.math(GREATER, cut[0], half)
+    left = builder.math(LESS, cut[0], node.constant(9.5))
+    inside = builder.math(MULTIPLY, builder.math(MULTIPLY, left, right), builder.math(GREATER, cut[1], half))
+    tile = node.emit('mix_f', inside, last, tile)
+    image = node.emit('curve_f', tile, builder.table(table), zero, last, node.constant(1.0))
+    image = builder.math(ROUND, image, zero)
+    corner = node.emit('combine', cut[0], cut[1], zero)
+    vector = node.emit('vector_math_v', vector, corner, zero, zero, mode=VECTOR_SUBTRACT)
+    return _looked_up(node, output, vector, image, is_associated)
 
 
 @value('ShaderNodeTexEnvironment')
@@ -229,7 +271,7 @@ def _environment(node: Node, output: str) -> Ref:
     loaded = _loaded(node)
     if loaded is None:
         return node.constant(MISSING_IMAGE)
-    mode = node.enum('projection') | INTERPOLATIONS[node.node.interpolation] << 2
+    mode = INTERPOLATIONS[node.node.interpolation] | EXTENSION_REPEAT << 2 | node.enum('projection') << 4
     return node.emit('environment_v', coordinates(node, 'position'), node.constant(float(loaded.index)), mode=mode)
 
 

@@ -11,10 +11,12 @@ from dataclasses import dataclass, field
 from functools import cache
 
 import bpy
+import numpy as np
 
 from ..export.images import ImageTable
 from ..export.textures import LUMINANCE
 from .feeds import Constant, Contexts, Fed, Feeds
+from .support import NEAREST, NOT_SUPPORTED
 from .tree import SHIFT_BIT, Builder, Ref, Triple, finite
 
 NUMBERS = frozenset(('VALUE', 'INT', 'BOOLEAN'))
@@ -24,7 +26,7 @@ TRUNCATE = 32  # of the Math node
 # The deepest chain of nodes that is read by calls within calls; beyond, they are read one after the other.
 DEPTH_MAX = 40
 
-# Where an op is evaluated: in its place, or one step aside for a bump: the axis (1 or 2), and the width of the step.
+# Where an op is evaluated: in its place, or a step aside for a bump: the axis (1 or 2), and the width in pixels.
 Shift = tuple[int, float]
 HERE: Shift = (0, 1.0)
 
@@ -91,10 +93,10 @@ class Reader:
 
     def value(self, socket: bpy.types.NodeSocket, contexts: Contexts, shift: Shift, vector: bool) -> Ref:
         """The value of an input, as three numbers if `vector`, else as one."""
-        fed = self.feeds.feeding(socket, contexts)
-        ref = None if fed is None else self._arriving(fed, socket, shift, vector)
-        if ref is not None:
-            return ref
+        if socket.is_linked:
+            ref = self.arriving(socket, contexts, shift, vector)
+            if ref is not None:
+                return ref
         own = getattr(socket, 'default_value', 0.0)
         if type(own) is float and own - own == 0.0:  # the most frequent kind: a finite number
             return self.builder.constant(own)
@@ -103,9 +105,8 @@ class Reader:
     def arriving(self, socket: bpy.types.NodeSocket, contexts: Contexts, shift: Shift, vector: bool) -> Ref | None:
         """As `value`; None where an input's own value counts."""
         fed = self.feeds.feeding(socket, contexts)
-        return None if fed is None else self._arriving(fed, socket, shift, vector)
-
-    def _arriving(self, fed: Fed | Constant, socket: bpy.types.NodeSocket, shift: Shift, vector: bool) -> Ref | None:
+        if fed is None:
+            return None
         kind = socket.type
         if isinstance(fed, Constant):
             return self.typed(fed.value, kind, vector, socket)
@@ -156,7 +157,7 @@ class Reader:
         try:
             evaluate = VALUES.get(node.kind)
             if evaluate is None:
-                raise UnreadError(NOT_READ.get(node.kind, 'this node is not supported yet'))
+                raise UnreadError(NOT_SUPPORTED.get(node.kind, 'this node is not supported yet'))
             ref = evaluate(node, fed.socket.identifier)
         except UnreadError as unread:
             if str(unread):
@@ -252,12 +253,15 @@ class Node:
         return name in self.sockets and self.sockets[name].enabled
 
     def is_fed(self, name: str) -> bool:
-        return self.reader.feeds.feeding(self.sockets[name], self.contexts) is not None
+        socket = self.sockets[name]
+        return socket.is_linked and self.reader.feeds.feeding(socket, self.contexts) is not None
 
     def linked(self, name: str) -> Ref | None:
         """A vector that is linked to an input; None where it stands for something of the surface."""
         socket = self.sockets.get(name)
-        return None if socket is None else self.reader.arriving(socket, self.contexts, self.shift, True)
+        if socket is None or not socket.is_linked:
+            return None
+        return self.reader.arriving(socket, self.contexts, self.shift, True)
 
     def own(self, name: str) -> float | Triple:
         """The value typed into an input."""
@@ -274,6 +278,10 @@ class Node:
     def warn(self, text: str) -> None:
         self.reader.warn(f'node "{self.label}": {text}')
 
+    def warn_nearest(self) -> None:
+        """Say what this node is shown as."""
+        self.warn(NEAREST[self.kind])
+
     def normal(self, name: str = 'Normal') -> Ref:
         """A normal: what is linked, or the surface's."""
         ref = self.linked(name)
@@ -282,19 +290,17 @@ class Node:
     def surface_normal(self) -> Ref:
         return self.emit('normal') if self.reader.normal is None else self.reader.normal
 
-    def at_point(self, name: str, *args: Ref, mode: int = 0, vector: bool = True) -> Ref:
-        """An op that reads the shading point, which bump maps ask for one step aside.
-
-        What it reads changes linearly along the surface, so a step of another width is a mix of none and one.
-        """
-        here = self.emit(name, *args, mode=mode)
+    def at_point(self, name: str, *args: Ref, mode: int = 0) -> Ref:
+        """An op that reads the shading point, which bump maps ask for a step aside."""
         axis, width = self.shift
-        if axis == 0:
-            return here
-        aside = self.emit(name, *args, mode=mode | axis << SHIFT_BIT)
-        if width == 1.0:
-            return aside
-        return self.emit('mix_v' if vector else 'mix_f', self.constant(width), here, aside)
+        if axis:
+            mode |= axis << SHIFT_BIT | half_bits(width)
+        return self.emit(name, *args, mode=mode)
+
+
+def half_bits(number: float) -> int:
+    """The bits of a half float, in which modes hold the width of a step."""
+    return int(np.float16(number).view(np.uint16))
 
 
 @cache
@@ -305,6 +311,3 @@ def enum_numbers(kind: str, name: str) -> dict[str, int]:
 
 # Which shifts of an input a node of this type asks for: bump maps evaluate their height at three places.
 SHIFTS: dict[str, Callable[[bpy.types.Node, bpy.types.NodeSocket], tuple[Shift, ...]]] = {}
-
-# Types of nodes that are not read, and why; empty where Cycles does not render them either.
-NOT_READ: dict[str, str] = {}

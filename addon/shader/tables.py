@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Colour ramps and curves as look-up tables of 256 entries, as Cycles bakes them.
+"""Colour ramps and curves as look-up tables of 257 entries, as Cycles bakes them.
 
 How tables are read, and what lies outside of a curve, is in the kernels.
 """
@@ -13,12 +13,12 @@ import numpy as np
 
 from ..export.buffers import F32
 
-SIZE = 256
+SIZE = 257
 
 
 @dataclass(frozen=True, slots=True)
 class Ramp:
-    """table: (256, 4) RGBA. is_constant: steps, which are not to be interpolated."""
+    """table: (257, 4) RGBA. is_constant: steps, which are not to be interpolated."""
 
     table: F32
     is_constant: bool
@@ -26,7 +26,7 @@ class Ramp:
 
 @dataclass(frozen=True, slots=True)
 class Curves:
-    """table: (256, channels) values of inputs from `first` to `last`. extrapolates: straight on outside of them."""
+    """table: (257, channels) values of inputs from `first` to `last`. extrapolates: straight on outside of them."""
 
     table: F32
     first: float

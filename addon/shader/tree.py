@@ -7,20 +7,19 @@ It knows neither nodes nor Blender: reader.py reads the trees. Folding constants
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
 
-from ..export.buffers import CLOSURE, F32, I32, Shader
+from ..export.buffers import CLOSURE, F32, Shader
 from .ops import Tables
 
 # A value: the index of the op that makes it, or ~i of a constant.
 Ref = int
 Triple = tuple[float, float, float]
 
-SHIFT_BIT = 30  # of the modes of ops that read the shading point: 1 a step along x, 2 along y
+SHIFT_BIT = 30  # of the modes of ops that read the shading point: 1 a step along x, 2 along y, bits 0 to 15 its width
 
 
 class Named(NamedTuple):
@@ -188,34 +187,27 @@ class Builder:
     # ---- The arrays.
 
     def draft(self, name: str) -> Draft:
-        constants = np.zeros((len(self._rows), 3), np.float32)
-        named = []
-        for index, row in enumerate(self._rows):
-            if isinstance(row, Named):
-                named.append((index, row))
-            else:
-                constants[index] = row
-        closures = np.zeros(len(self._closures), CLOSURE)
+        named = tuple((index, row) for index, row in enumerate(self._rows) if isinstance(row, Named))
+        rows = [(0.0, 0.0, 0.0) if isinstance(row, Named) else row for row in self._rows] if named else self._rows
+        constants = np.array(rows, np.float32).reshape(-1, 3)
+        constants[~np.isfinite(constants)] = 0.0
         closure_args: list[Ref] = []
-        for row, (kind, mode, weight, args) in zip(closures, self._closures, strict=True):
-            row['kind'], row['mode'], row['weight'], row['first_arg'] = kind, mode, weight, len(closure_args)
+        closures = []
+        for kind, mode, weight, args in self._closures:
+            closures.append((kind, mode, weight, len(closure_args)))
             closure_args += args
         shader = Shader(
             name=name,
             ops=np.array(self._ops, np.uint32),
             modes=np.array(self._modes, np.uint32),
-            args=integers(self._args),
+            args=np.array(self._args, np.int32),
             constants=constants,
-            closures=closures,
-            closure_args=integers(closure_args),
+            closures=np.array(closures, CLOSURE),
+            closure_args=np.array(closure_args, np.int32),
             labels=tuple(self._labels),
             tables=np.concatenate(self._table_parts) if self._table_parts else np.zeros(0, np.float32),
         )
-        return Draft(shader, tuple(named), frozenset(name for name, _, _ in self._known))
-
-
-def integers(values: Iterable[int]) -> I32:
-    return np.array(list(values), np.int32)
+        return Draft(shader, named, frozenset(name for name, _, _ in self._known))
 
 
 def finite(value: float | Triple) -> bool:
@@ -223,6 +215,6 @@ def finite(value: float | Triple) -> bool:
 
 
 # Numbers of Blender's enumerations of the nodes Math and Vector Math.
-ADD, SUBTRACT, MULTIPLY, DIVIDE = 0, 1, 2, 3
+ADD, SUBTRACT, MULTIPLY, DIVIDE = range(4)
 VECTOR_ADD, VECTOR_SUBTRACT, VECTOR_MULTIPLY = 0, 1, 2
-VECTOR_CROSS, VECTOR_REFLECT, VECTOR_DOT, VECTOR_SCALE, VECTOR_NORMALIZE = 4, 6, 7, 10, 11
+VECTOR_REFLECT, VECTOR_DOT, VECTOR_SCALE, VECTOR_NORMALIZE = 6, 7, 10, 11
