@@ -88,6 +88,7 @@ class Compiler {
       out.emission_needs = writer.needs();
     }
     out.surface = plain_surface();
+    if (!out.grey) out.surface.plain = false;  // one of the things that a ray may do here is to go on
     for (const Closure &c : surface_) {
       out.lobes |= 1u << c.kind;
       out.sharp |= is_sharp(c);
@@ -183,7 +184,7 @@ class Compiler {
           const Value clear = graph_.subtract(graph_.constant(1.0f), alpha);
           transparency_ = graph_.add(transparency_, graph_.multiply(c.weight, clear));
           c.weight = graph_.multiply(c.weight, alpha);
-          emission_ = graph_.add(emission_, graph_.multiply(c.weight, c.arguments[PRINCIPLED_EMISSION]));
+          emission_ = graph_.add(emission_, graph_.multiply(c.weight, emitted(c)));
           if (!is_nothing(c.weight)) surface_.push_back(std::move(c));
           break;
         }
@@ -197,6 +198,20 @@ class Compiler {
     const auto of_opacity = [&](Value v) { return v == opacity ? graph_.constant(1.0f) : graph_.divide(v, opacity); };
     emission_ = of_opacity(emission_);
     for (Closure &c : surface_) c.weight = of_opacity(c.weight);
+  }
+
+  // What a Principled closure emits, through its sheen and coat.
+  Value emitted(const Closure &c) {
+    const auto a = [&c](uint k) { return c.arguments[k]; };
+    const Value emission = a(PRINCIPLED_EMISSION);
+    const auto none = [&](uint k) { return graph_.is_constant(a(k)) && !(number(c, k) > 0.0f); };
+    if (is_nothing(emission) || (none(PRINCIPLED_COAT) && none(PRINCIPLED_SHEEN))) return emission;
+    const Value through = graph_.op(
+        OP_LAYERS, 0,
+        {a(PRINCIPLED_COAT), a(PRINCIPLED_COAT_ROUGHNESS), a(PRINCIPLED_COAT_IOR), a(PRINCIPLED_COAT_TINT),
+         a(PRINCIPLED_COAT_NORMAL), a(PRINCIPLED_SHEEN), a(PRINCIPLED_SHEEN_ROUGHNESS), a(PRINCIPLED_SHEEN_TINT),
+         a(PRINCIPLED_NORMAL)});
+    return graph_.multiply(emission, through);
   }
 
   // ---- A surface of constants

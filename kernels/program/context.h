@@ -4,7 +4,7 @@
 #ifndef COTORRA_PROGRAM_CONTEXT_H
 #define COTORRA_PROGRAM_CONTEXT_H
 
-#include "../microfacet.h"
+#include "../closure/principled.h"
 #include "normal_map.h"
 #include "pure.h"
 #include "types.h"
@@ -219,6 +219,22 @@ FN vec3 program_point(IN(SceneData) scene, IN(ShaderPoint) at, uint op, uint mod
   return vec3(0.0f);
 }
 
+// What a Principled surface's sheen and coat let through; see OP_LAYERS.
+FN vec3 layers_above(IN(SceneData) scene, IN(ShaderPoint) at, IN(ProgramArguments) a) {
+  PrincipledInputs p;
+  p.coat = a.v[0];
+  p.coat_roughness = a.v[1];
+  p.coat_ior = a.v[2];
+  p.coat_tint = argument3(a, 3);
+  p.coat_n = normalize_or(argument3(a, 6), at.n);
+  p.sheen = a.v[9];
+  p.sheen_roughness = a.v[10];
+  p.sheen_tint = argument3(a, 11);
+  p.n = normalize_or(argument3(a, 14), at.n);
+  p.emission = vec3(1.0f);
+  return principled_emission(scene.albedo, p, at.ng, at.wo);
+}
+
 // The value of a context op; a number stands in x.
 FN vec3 program_context(IN(SceneData) scene, IN(ShaderPoint) at, uint op, uint mode, IN(ProgramArguments) a) {
   const uint group = program_group(op);
@@ -226,6 +242,7 @@ FN vec3 program_context(IN(SceneData) scene, IN(ShaderPoint) at, uint op, uint m
     return program_coordinates(scene, at, op, mode, a.v[0]);
   }
   if (PROGRAM_GROUP(GROUP_NORMAL) && group == GROUP_NORMAL) return program_normal(scene, at, op, mode, a);
+  if (PROGRAM_GROUP(GROUP_LAYERS) && group == GROUP_LAYERS) return layers_above(scene, at, a);
   return program_point(scene, at, op, mode, a);
 }
 

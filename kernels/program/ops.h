@@ -30,6 +30,7 @@ const uint GROUP_COORDINATES = 512u;
 const uint GROUP_NORMAL = 1024u;  // bent normals and tangents
 const uint GROUP_POINT = 2048u;   // the rest of what reads the shading point
 const uint GROUP_WAVE = 4096u;
+const uint GROUP_LAYERS = 8192u;
 const uint GROUP_PROGRAM = 0x80000000u;  // there are programs at all
 // Bits of what noise is asked for: 1 to 4 dimensions, then the types of noise_fractal.h.
 const uint VARIANT_TYPES_SHIFT = 4u;
@@ -51,6 +52,7 @@ FN uint program_group(uint op) {
   if (op == OP_WAVE_F) return GROUP_WAVE;
   if (op >= OP_WHITE_NOISE_F) return GROUP_PATTERN;
   if (op >= OP_MIX_COLOR) return GROUP_COLOR;
+  if (op == OP_LAYERS) return GROUP_LAYERS;
   if (op < OP_SPLAT) {
     const bool coordinates = op == OP_POSITION || (op >= OP_PARAMETRIC && op <= OP_ATTRIBUTE_FAC);
     const bool normal = (op >= OP_TANGENT && op <= OP_NORMAL_MAP) || op == OP_BUMP;
