@@ -45,12 +45,19 @@ uint corners_of_layer(std::span<const uvec3> corners, std::size_t total, uint &l
 
 }  // namespace
 
+// Of a material without a shader: the constants of a new Principled node, and nothing varies.
+static const CompiledShader &default_shader() {
+  static const CompiledShader shader;
+  return shader;
+}
+
 // Takes over what a shader became where all of it, or a part, is constant; what varies is the program's.
-static void set_material(const CompiledShader &shader, uint sampled, uint sides, Material &m) {
+static Material material_of(const CompiledShader &shader) {
+  Material m{};
   const PlainSurface &s = shader.surface;
   m.base_color = s.base_color;
-  m.metallic = clamp(s.metallic, 0.0f, 1.0f);
-  m.roughness = clamp(s.roughness, 0.0f, 1.0f);
+  m.metallic = s.metallic;
+  m.roughness = s.roughness;
   m.ior = s.ior;
   m.specular_level = s.specular_level;
   m.specular_tint = s.specular_tint;
@@ -65,42 +72,62 @@ static void set_material(const CompiledShader &shader, uint sampled, uint sides,
   const bool clear = shader.program.transparency.first != NO_PROGRAM || max_component(shader.transparency) > 0.0f;
   if (clear) m.flags |= MATERIAL_TRANSPARENT;
   if (clear && !shader.grey) m.flags |= MATERIAL_TINTED;
-  if (varies || shader.program.emission.first != NO_PROGRAM || shader.program.transparency.first != NO_PROGRAM) {
-    m.flags |= MATERIAL_PROGRAM;
-  }
-  set_emission_flags(m, sampled, sides);
+  if (shader.varies()) m.flags |= MATERIAL_PROGRAM;
+  return m;
+}
+
+const CompiledShader &Scene::compiled(std::size_t material) const {
+  const int shader = material_shaders_.at(material);
+  return shader < 0 ? default_shader() : compiled_[static_cast<std::size_t>(shader)];
+}
+
+void Scene::validate_shaders(const SceneInput &in) const {
+  const int count = static_cast<int>(in.programs.shaders.size());
+  const auto require = [count](int shader, const std::string &name) {
+    if (shader >= -1 && shader < count) return;
+    throw std::invalid_argument(name + " = " + std::to_string(shader) + ", must be from -1 to below " +
+                                std::to_string(count));
+  };
+  const auto require_all = [&](std::span<const int> shaders, const std::string &name) {
+    for (std::size_t i = 0; i < shaders.size(); ++i) require(shaders[i], name + "[" + std::to_string(i) + "]");
+  };
+  require_all(in.materials.shader, "materials.shader");
+  require_all(in.lights.shader, "lights.shader");
+  require(in.world_shader, "world.shader");
+}
+
+vec3 Scene::emission_of(int shader, bool &varies) const {
+  if (shader < 0) return vec3(1.0f);
+  const CompiledShader &c = compiled_[static_cast<std::size_t>(shader)];
+  varies = c.program.emission.first != NO_PROGRAM;
+  return c.emission;
 }
 
 void Scene::prepare_programs(ProgramsInput &in, const MaterialsInput &materials) {
-  if (in.shaders.empty()) return;
-  require_entries(in.material_shader.size(), materials_.size(), "materials.shader");
-  
-  material_shaders_.assign(in.material_shader.begin(), in.material_shader.end());
+  material_shaders_.assign(materials.shader.begin(), materials.shader.end());
+  const bool alpha = std::any_of(in.shaders.begin(), in.shaders.end(), [](const ShaderInput &shader) {
+    return std::find(shader.ops.begin(), shader.ops.end(), OP_IMAGE_F) != shader.ops.end();
+  });
+  for (const ImageInput &image : in.images) {
+    library_of_programs_.opaque_images.push_back(alpha && is_opaque(image) ? 1 : 0);
+  }
   for (const ShaderInput &shader : in.shaders) {
     compiled_.push_back(library_of_programs_.add(shader));
     const CompiledShader &c = compiled_.back();
     asks_spaces_ |= uses(c, {OP_OBJECT_POSITION, OP_OBJECT_TRANSFORM});
-    asks_meshes_ |= c.program.surface.first != NO_PROGRAM || c.program.emission.first != NO_PROGRAM ||
-                    c.program.transparency.first != NO_PROGRAM;
+    asks_meshes_ |= c.varies();
   }
-  for (std::size_t i = 0; i < materials_.size(); ++i) {
-    const int shader = in.material_shader[i];
-    if (shader < 0) continue;
-    if (static_cast<std::size_t>(shader) >= compiled_.size()) {
-      throw std::invalid_argument("materials.shader[" + std::to_string(i) + "] = " + std::to_string(shader) +
-                                  ", must be below " + std::to_string(compiled_.size()));
-    }
-    const CompiledShader &c = compiled_[static_cast<std::size_t>(shader)];
-    set_material(c, materials.emission_sampling[i],
-                 materials.emission_sides.empty() ? 3u : materials.emission_sides[i], materials_[i]);
-    if (!asks_meshes_) continue;
-    const MaterialProgram nothing{{NO_PROGRAM, 0, 0, 0}, {NO_PROGRAM, 0, 0, 0}, {NO_PROGRAM, 0, 0, 0}, 0, 0};
-    material_programs_.resize(materials_.size(), nothing);
-    material_programs_[i] = c.program;
+  for (std::size_t i = 0; i < material_shaders_.size(); ++i) {
+    const CompiledShader &c = compiled(i);
+    materials_.push_back(material_of(c));
+    materials_[i].pass_index = materials.pass_index[i];
+    set_emission_flags(materials_[i], materials.emission_sampling[i]);
+    if (asks_meshes_) material_programs_.push_back(c.program);
   }
   if (!asks_meshes_) return;
   for (ImageInput &image : in.images) add_image(std::move(image), textures_);
   data_.textures = {textures_.images.data()};
+  data_.texture_count = static_cast<uint>(textures_.images.size());
   data_.programs = {material_programs_.data()};
   data_.program_code = {library_of_programs_.code.data()};
   data_.program_closures = {library_of_programs_.closures.data()};
@@ -266,7 +293,7 @@ void Scene::estimate_emission(const MaterialsInput &in) {
     }
   };
   each([&](uint, uint, uint m) { ++count[m]; });
-  // 2. Their programs at points spread over them, seen from the front.
+  // 2. Their programs at points spread over them, seen from both sides.
   each([&](uint instance, uint triangle, uint m) {
     const std::uint64_t step = std::max<std::uint64_t>(count[m] / kPoints, 1);
     const std::uint64_t points = std::max<std::uint64_t>(kPoints / count[m], 1);
@@ -274,12 +301,13 @@ void Scene::estimate_emission(const MaterialsInput &in) {
     for (std::uint64_t p = 0; p < points; ++p) {
       const vec2 b = triangle_from_square(sampler_pair(static_cast<uint>(p), 0x51a7u + triangle));
       const Hit hit{1.0f, b.x, b.y, triangle, instance, 0};
-      Surface s;
-      surface_from_hit(data_, hit, vec3(0.0f, 0.0f, 1.0f), s);
-      if (s.side < 0.0f) surface_from_hit(data_, hit, vec3(0.0f, 0.0f, -1.0f), s);
-      const vec3 e = material_emission(data_, m, materials_[m], shader_point(s, s.ng, 1.0f));
-      for (std::size_t c = 0; c < 3; ++c) sum[m][c] += std::max(static_cast<double>((&e.x)[c]), 0.0);
-      sum[m][3] += 1.0;
+      for (const float z : {1.0f, -1.0f}) {
+        Surface s;
+        surface_from_hit(data_, hit, vec3(0.0f, 0.0f, z), s);
+        const vec3 e = material_emission(data_, m, materials_[m], shader_point(s, s.ng, 1.0f));
+        for (std::size_t c = 0; c < 3; ++c) sum[m][c] += std::max(static_cast<double>((&e.x)[c]), 0.0);
+        sum[m][3] += 1.0;
+      }
     }
   });
   for (std::size_t m = 0; m < materials_.size(); ++m) {
@@ -287,21 +315,19 @@ void Scene::estimate_emission(const MaterialsInput &in) {
     const double n = std::max(sum[m][3], 1.0);
     materials_[m].emission = vec3(static_cast<float>(sum[m][0] / n), static_cast<float>(sum[m][1] / n),
                                   static_cast<float>(sum[m][2] / n));
-    set_emission_flags(materials_[m], in.emission_sampling[m],
-                       in.emission_sides.empty() ? 3u : in.emission_sides[m]);
+    set_emission_flags(materials_[m], in.emission_sampling[m]);
     // It may emit where nobody looked: rays find it there.
-    materials_[m].flags |= MATERIAL_EMISSIVE | MATERIAL_EMIT_FRONT | MATERIAL_EMIT_BACK;
+    materials_[m].flags |= MATERIAL_EMISSIVE;
   }
 }
 
-void set_emission_flags(Material &m, uint sampled, uint sides) {
-  m.flags &= ~(MATERIAL_EMISSIVE | MATERIAL_SAMPLED | MATERIAL_EMIT_FRONT | MATERIAL_EMIT_BACK);
+void set_emission_flags(Material &m, uint sampled) {
+  m.flags &= ~(MATERIAL_EMISSIVE | MATERIAL_SAMPLED);
   if (!(max(max(m.emission.x, m.emission.y), m.emission.z) > 0.0f)) return;
   m.flags |= MATERIAL_EMISSIVE;
   // Triangles are picked by luminance, which colours with negative parts may lack.
   const float luminance = dot(m.emission, vec3(0.2126f, 0.7152f, 0.0722f));
   if (sampled != 0 && luminance > 0.0f) m.flags |= MATERIAL_SAMPLED;
-  m.flags |= ((sides & 1u) != 0 ? MATERIAL_EMIT_FRONT : 0u) | ((sides & 2u) != 0 ? MATERIAL_EMIT_BACK : 0u);
 }
 
 }  // namespace cotorra

@@ -10,7 +10,7 @@ from collections.abc import Callable
 
 import bpy
 
-from .. import compat, native
+from .. import compat
 from ..export.nodes import Trees
 from . import bump, nodes_input, nodes_math, nodes_texture  # noqa: F401 (they register their nodes)
 from .closures import CLOSURES, read_closures
@@ -53,15 +53,6 @@ NOT_SUPPORTED = {
     'ShaderNodeVolumeScatter': 'volumes are not supported yet',
 }
 NOT_READ.update(NOT_SUPPORTED)
-
-
-def is_available() -> bool:
-    """Whether the native module takes shaders."""
-    try:
-        module = native.load()
-    except native.NativeError:
-        return False
-    return hasattr(module, 'shader_ops') and hasattr(module, 'shader_closures')
 
 
 def shaders_of(

@@ -13,7 +13,7 @@ from functools import cache
 import bpy
 
 from ..export.images import ImageTable
-from ..export.textures import LUMINANCE
+from ..export.sockets import LUMINANCE
 from .feeds import Constant, Contexts, Fed, Feeds
 from .tree import SHIFT_BIT, Builder, Ref, Triple, finite
 
