@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-import numpy as np
 from cotorra.export.buffers import Shader
 from cotorra.shader.ops import Tables, tables
 from cotorra.shader.tree import Builder
@@ -94,34 +93,48 @@ def principled(known: Tables | None = None, **values: Value) -> Shader:
 # ---- Reading shaders.
 
 
+# A constant is three numbers; what is computed is the name of its op.
+Seen = tuple[float, ...] | str
+
+
 class Closure(NamedTuple):
-    """A row of a shader's sum; weight and arguments are constants (three numbers), or names of ops."""
+    """A row of a shader's sum."""
 
     name: str
     mode: int
-    weight: tuple[float, ...] | str
-    args: tuple[tuple[float, ...] | str, ...]
+    weight: Seen
+    args: tuple[Seen, ...]
 
 
 def closures(shader: Shader) -> list[Closure]:
     """The sum that a shader shows, as it was read from its tree: nothing is folded."""
-    known = tables()
-    names = {op.number: name for name, op in known.ops.items()}
-    kinds = {kind.number: (name, len(kind.arguments)) for name, kind in known.closures.items()}
-
-    def value(ref: int) -> tuple[float, ...] | str:
-        return names[shader.ops[ref]] if ref >= 0 else tuple(shader.constants[~ref].tolist())
-
+    kinds = {kind.number: (name, len(kind.arguments)) for name, kind in tables().closures.items()}
     found = []
     for row in shader.closures:
         name, count = kinds[row['kind']]
         first = int(row['first_arg'])
-        args = tuple(value(ref) for ref in shader.closure_args[first : first + count].tolist())
-        found.append(Closure(name, int(row['mode']), value(int(row['weight'])), args))
+        args = shader.closure_args[first : first + count].tolist()
+        weight = _seen(shader, int(row['weight']))
+        found.append(Closure(name, int(row['mode']), weight, tuple(_seen(shader, ref) for ref in args)))
+    return found
+
+
+def calls(shader: Shader) -> list[tuple[str, int, tuple[Seen, ...]]]:
+    """The ops of a shader in order: name, mode, arguments."""
+    counts = {op.number: len(op.arguments) for op in tables().ops.values()}
+    found, at = [], 0
+    for index, (number, mode) in enumerate(zip(shader.ops.tolist(), shader.modes.tolist(), strict=True)):
+        refs = shader.args[at : at + counts[number]].tolist()
+        at += counts[number]
+        found.append((_seen(shader, index), mode, tuple(_seen(shader, ref) for ref in refs)))
     return found
 
 
 def ops(shader: Shader) -> set[str]:
     """The names of the ops of a shader."""
+    return {name for name, _, _ in calls(shader)}
+
+
+def _seen(shader: Shader, ref: int) -> Seen:
     names = {op.number: name for name, op in tables().ops.items()}
-    return {names[number] for number in np.unique(shader.ops).tolist()}
+    return names[shader.ops[ref]] if ref >= 0 else tuple(shader.constants[~ref].tolist())
