@@ -136,30 +136,66 @@ void Scene::prepare_programs(ProgramsInput &in, const MaterialsInput &materials)
   data_.uv_layer_count = in.uv_layers;
 }
 
-// The inverse of an affine map, by rows; null where there is none.
-static ObjectSpace inverse_of(const float *m) {
-  const auto at = [m](std::size_t row, std::size_t column) { return static_cast<double>(m[4 * row + column]); };
-  double inverse[3][3];
+using Matrix = std::array<std::array<double, 3>, 3>;
+
+// The inverse by cofactors; 0 where there is none.
+static Matrix inverse_of(const Matrix &m) {
+  Matrix inverse;
   for (std::size_t i = 0; i < 3; ++i) {
     for (std::size_t j = 0; j < 3; ++j) {
       const std::size_t a = (j + 1) % 3, b = (j + 2) % 3, c = (i + 1) % 3, d = (i + 2) % 3;
-      inverse[i][j] = at(a, c) * at(b, d) - at(a, d) * at(b, c);
+      inverse[i][j] = m[a][c] * m[b][d] - m[a][d] * m[b][c];
     }
   }
-  const double det = at(0, 0) * inverse[0][0] + at(0, 1) * inverse[1][0] + at(0, 2) * inverse[2][0];
-  const double scale = det != 0.0 ? 1.0 / det : 0.0;
+  const double det = m[0][0] * inverse[0][0] + m[0][1] * inverse[1][0] + m[0][2] * inverse[2][0];
+  for (auto &row : inverse) {
+    for (double &x : row) x = det != 0.0 ? x / det : 0.0;
+  }
+  return inverse;
+}
+
+// From world space to that of an object, by rows. A flat object has the pseudoinverse (M^T M + e I)^-1 M^T, e small:
+// along the axis that its scale makes 0, its own coordinate is 0.
+static ObjectSpace space_of(const float *transform) {
+  Matrix m;
+  double size = 1.0;  // of the box that the axes span
+  for (std::size_t j = 0; j < 3; ++j) {
+    for (std::size_t i = 0; i < 3; ++i) m[i][j] = static_cast<double>(transform[4 * i + j]);
+    size *= std::sqrt(m[0][j] * m[0][j] + m[1][j] * m[1][j] + m[2][j] * m[2][j]);
+  }
+  const double det = m[0][0] * (m[1][1] * m[2][2] - m[1][2] * m[2][1]) +
+                     m[0][1] * (m[1][2] * m[2][0] - m[1][0] * m[2][2]) +
+                     m[0][2] * (m[1][0] * m[2][1] - m[1][1] * m[2][0]);
+  Matrix inverse = inverse_of(m);
+  if (std::abs(det) <= 1e-12 * size) {
+    Matrix square{};
+    for (std::size_t i = 0; i < 3; ++i) {
+      for (std::size_t j = 0; j < 3; ++j) {
+        for (std::size_t k = 0; k < 3; ++k) square[i][j] += m[k][i] * m[k][j];
+      }
+    }
+    const double e = 1e-12 * (square[0][0] + square[1][1] + square[2][2]);
+    for (std::size_t i = 0; i < 3; ++i) square[i][i] += e;
+    const Matrix left = inverse_of(square);
+    for (std::size_t i = 0; i < 3; ++i) {
+      for (std::size_t j = 0; j < 3; ++j) {
+        inverse[i][j] = left[i][0] * m[j][0] + left[i][1] * m[j][1] + left[i][2] * m[j][2];
+      }
+    }
+  }
   vec4 rows[3];
   for (std::size_t i = 0; i < 3; ++i) {
-    const double x = inverse[i][0] * scale, y = inverse[i][1] * scale, z = inverse[i][2] * scale;
-    rows[i] = vec4(static_cast<float>(x), static_cast<float>(y), static_cast<float>(z),
-                   static_cast<float>(-(x * at(0, 3) + y * at(1, 3) + z * at(2, 3))));
+    const double x = inverse[i][0], y = inverse[i][1], z = inverse[i][2];
+    const double w = x * static_cast<double>(transform[3]) + y * static_cast<double>(transform[7]) +
+                     z * static_cast<double>(transform[11]);
+    rows[i] = vec4(static_cast<float>(x), static_cast<float>(y), static_cast<float>(z), static_cast<float>(-w));
   }
-  return {rows[0], rows[1], rows[2], vec3(m[3], m[7], m[11]), 0};
+  return {rows[0], rows[1], rows[2], vec3(transform[3], transform[7], transform[11]), 0};
 }
 
 void Scene::prepare_object_spaces(const SceneInput &in, std::span<const uint> order) {
   if (!asks_spaces_) return;
-  for (const uint i : order) textures_.spaces.push_back(inverse_of(in.instances.transform.data() + std::size_t{12} * i));
+  for (const uint i : order) textures_.spaces.push_back(space_of(in.instances.transform.data() + std::size_t{12} * i));
   data_.object_spaces = {textures_.spaces.data()};
 }
 

@@ -90,11 +90,13 @@ class Made:
 
 
 def materials(count: int = 1, emission_sampling: list[int] | None = None, **values: list[Any]) -> Made:
-    """Lambertian materials of albedo 0.8; `values` are inputs of Principled, an entry a material: a value or a Slot."""
+    """Lambertian materials of albedo 0.8; `values` are inputs of Principled, an entry a material: a value or a Slot, or
+    None for what a new node has."""
     made = []
     for row in range(count):
         sketch = Sketch()
-        inputs = {'ior': 1.0} | {name: column[row] for name, column in values.items()}
+        inputs = {name: column[row] for name, column in ({'ior': [1.0] * count} | values).items()}
+        inputs = {name: value for name, value in inputs.items() if value is not None}
         for name, value in inputs.items():
             if isinstance(value, (Slot, NormalMap)):
                 inputs[name] = value.number(sketch) if name in NUMBERS else value.color(sketch)
