@@ -56,7 +56,12 @@ def background(world: bpy.types.World) -> bpy.types.ShaderNode:
 def inlined(owner: bpy.types.ID) -> object | None:
     """The node tree of a material, world or light as engines see it; `node_tree` of the result is the tree.
 
-    It lives as long as the result does. None in 4.5, which cannot do so.
+    It lives as long as the result does. None in 4.5, which cannot do so, and where an output is for Cycles alone, which
+    Blender does not take.
     """
     inline = getattr(owner, 'inline_shader_nodes', None)
-    return None if inline is None else inline()
+    if inline is None:
+        return None
+    tree = node_tree(owner)
+    output = None if tree is None else tree.get_output_node('CYCLES')
+    return None if output is not None and output.target == 'CYCLES' else inline()

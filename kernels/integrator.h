@@ -138,13 +138,8 @@ FN vec3 path_escape(IN(SceneData) scene, IN(PathState) path) {
   return (scene.world_visibility & path.ray_kind) != 0u ? throughput * scene.world : vec3(0.0f);
 }
 
-FN bool emits_from(uint sides, float side) {
-  return (sides & select(side > 0.0f, MATERIAL_EMIT_FRONT, MATERIAL_EMIT_BACK)) != 0u;
-}
-
 // Light that the surface itself emits toward the ray's origin; `material` is the scene's record.
 FN vec3 path_emission(IN(SceneData) scene, IN(PathState) path, IN(Surface) s, IN(Material) material, vec3 wo, float t) {
-  if (!emits_from(material.flags, s.side)) return vec3(0.0f);
   uint visibility = VISIBLE_ALL;
   if (scene.light_kinds != 0u) visibility = LOAD(scene.instances, s.instance).visibility;
   float pdf;
@@ -341,8 +336,7 @@ FN bool path_sample_emitter(IN(SceneData) scene, IN(PathState) path, IN(Surface)
   const vec3 q = e.v0 + e.edge1 * b.x + e.edge2 * b.y;
   float d;
   const vec3 wi = safe_normalize(q - s.p, d);
-  const float cos_front = -dot(e.normal, wi);
-  const float cos_light = abs(cos_front);
+  const float cos_light = abs(dot(e.normal, wi));
   const float area_pdf = luminance(e.radiance) * scene.emitter_norm;
   const float pdf = area_pdf * d * d / max(cos_light, 1e-8f);
   float bsdf_pdf;
@@ -355,8 +349,7 @@ FN bool path_sample_emitter(IN(SceneData) scene, IN(PathState) path, IN(Surface)
   ray.t_max = 0.0f;
   ray.origin = s.p;
   const bool self = e.instance == s.instance && e.triangle == s.triangle;
-  const bool dark = !emits_from(e.sides, cos_front);
-  if (self || dark || cos_light < 1e-8f || !(max_component(ray.contribution) > 0.0f)) return false;
+  if (self || cos_light < 1e-8f || !(max_component(ray.contribution) > 0.0f)) return false;
   // 3. Aim from the lifted start at the point itself, and stop short of it.
   ray.origin = shadow_ray_origin(scene, smooth_surface(s, bsdf), wi);
   ray.direction = safe_normalize(q - ray.origin, d);

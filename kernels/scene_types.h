@@ -105,8 +105,6 @@ const uint MATERIAL_SPECULAR = 2u;     // has a dielectric or metallic lobe
 const uint MATERIAL_DIFFUSE = 4u;      // has a diffuse lobe
 const uint MATERIAL_TRANSPARENT = 8u;  // alpha below 1
 const uint MATERIAL_SAMPLED = 32u;     // its triangles are sampled as lights
-const uint MATERIAL_EMIT_FRONT = 64u;  // which sides of its triangles emit
-const uint MATERIAL_EMIT_BACK = 128u;
 const uint MATERIAL_SHARP = 256u;      // highlights narrower than a lamp may look: bounces meet lamps, too
 const uint MATERIAL_MULTI_GGX = 16u;   // microfacet energy is preserved (Blender's "Multiscatter GGX")
 const uint MATERIAL_PROGRAM = 512u;    // a part of it varies (MaterialProgram)
@@ -249,8 +247,6 @@ struct Emitter {
   float cdf;  // cumulated selection probability up to and with this emitter
   uint visibility;
   int group;
-  uint sides;  // MATERIAL_EMIT_*
-  uint unused;
 };
 
 // What Whitted, Toon and the ambient term read of a material beside its BSDF.
@@ -398,13 +394,14 @@ struct SceneData {
   uint light_kinds;  // 1: diffuse or glossy rays alone see some light (PathState.kind_weight)
   uint lobes;  // 1: closures are lobes; 0: the constants of the nearest Principled, as the classic integrators know them
   float camera_spread;  // metres that a ray of a pixel is wide, a metre on; orthographic: anywhere
+  uint texture_count;
   uint unused;
 };
 
 #ifdef __cplusplus
 static_assert(sizeof(Light) == 112 && sizeof(Material) == 64 && sizeof(Mesh) == 56 && sizeof(Instance) == 112 &&
-              sizeof(Emitter) == 96 && sizeof(LightShape) == 32 && sizeof(MaterialModel) == 160 &&
-              sizeof(ClassicMaterial) == 64 && sizeof(SceneData) == 320);
+              sizeof(Emitter) == 88 && sizeof(LightShape) == 32 && sizeof(MaterialModel) == 160 &&
+              sizeof(ClassicMaterial) == 64 && sizeof(SceneData) == 328);
 static_assert(sizeof(Texture) == 32 && sizeof(MeshTextures) == 128 && sizeof(ObjectSpace) == 64 &&
               sizeof(InstanceInfo) == 32);
 }  // namespace cotorra

@@ -18,7 +18,30 @@ std::size_t bytes_of(uint format) {
   return format == TEXELS_UINT8 ? 1 : 2;
 }
 
+template <class T, class Below>
+bool no_alpha(const ImageInput &in, Below below) {
+  const T *alpha = static_cast<const T *>(in.pixels) + in.channels - 1;
+  for (std::size_t i = 0; i < in.width * in.height; ++i) {
+    if (below(alpha[i * in.channels])) return false;
+  }
+  return true;
+}
+
 }  // namespace
+
+bool is_opaque(const ImageInput &in) {
+  if (in.channels != 2 && in.channels != 4) return true;
+  switch (in.format) {
+    case TEXELS_UINT8:
+      return no_alpha<std::uint8_t>(in, [](std::uint8_t a) { return a < 0xff; });
+    case TEXELS_UINT16:
+      return no_alpha<std::uint16_t>(in, [](std::uint16_t a) { return a < 0xffff; });
+    case TEXELS_HALF:  // 0x3c00 is 1, from 0x7c00 on there are infinity, NaN and what is negative
+      return no_alpha<std::uint16_t>(in, [](std::uint16_t a) { return a < 0x3c00 || a >= 0x7c00; });
+    default:
+      return no_alpha<float>(in, [](float a) { return !(a >= 1.0f); });
+  }
+}
 
 std::uint64_t Textures::bytes() const {
   std::uint64_t sum = image_bytes + images.size() * sizeof(Texture) + meshes.size() * sizeof(MeshTextures);

@@ -35,7 +35,6 @@ struct AttributeInput {
 // What shaders read beside their own arrays.
 struct ProgramsInput {
   std::vector<ShaderInput> shaders;
-  std::span<const int> material_shader;  // [materials], -1: none
   std::vector<ImageInput> images;
   uint uv_layers = 1;
   uint attribute_layers = 1;          // those of UV maps included
@@ -63,6 +62,9 @@ struct Textures {
 };
 
 // Checks one image (std::invalid_argument with its name) and takes it over.
+// Is alpha 1 in all of the image?
+bool is_opaque(const ImageInput &image);
+
 void add_image(ImageInput input, Textures &textures);
 
 }  // namespace cotorra

@@ -108,10 +108,12 @@ SceneInput read_scene(nb::handle buffers, std::vector<nb::object> &keep) {
   in.lights.inner_angle = view<float, float>(lights, "inner_angle", keep);
   in.lights.outer_angle = view<float, float>(lights, "outer_angle", keep);
   in.lights.pass_index = view<int, std::int32_t>(lights, "pass_index", keep);
+  in.lights.shader = view<int, std::int32_t>(lights, "shader", keep);
 
   const nb::object world = nb::getattr(buffers, "world");
   const auto color = nb::cast<std::array<float, 3>>(nb::getattr(world, "color"));
   in.world = {color[0], color[1], color[2]};
+  in.world_shader = nb::cast<int>(nb::getattr(world, "shader"));
   in.world_visibility = nb::cast<std::uint32_t>(nb::getattr(world, "visibility"));
   in.world_group = nb::cast<int>(nb::getattr(world, "light_group"));
   in.light_group_count = static_cast<uint>(nb::len(nb::getattr(buffers, "light_groups")));
@@ -253,6 +255,36 @@ nb::dict scene_stats(const SceneHandle &handle) {
   return d;
 }
 
+// What a material is made of where that is constant, by the names of Principled's inputs.
+nb::dict material_constants(const SceneHandle &handle, std::size_t material) {
+  const CompiledShader &c = handle.scene->compiled(material);
+  const auto color = [](vec3 v) { return nb::make_tuple(v.x, v.y, v.z); };
+  nb::dict d;
+  if (c.program.surface.first == NO_PROGRAM) {
+    d["base_color"] = color(c.surface.base_color);
+    d["metallic"] = c.surface.metallic;
+    d["roughness"] = c.surface.roughness;
+    d["ior"] = c.surface.ior;
+    d["specular_level"] = c.surface.specular_level;
+    d["specular_tint"] = color(c.surface.specular_tint);
+    d["multi_ggx"] = c.surface.multi_ggx;
+  }
+  d["transmission"] = c.surface.transmission;
+  if (c.program.emission.first == NO_PROGRAM) d["emission"] = color(c.emission);
+  if (c.program.transparency.first == NO_PROGRAM) d["transparency"] = color(c.transparency);
+  return d;
+}
+
+nb::dict varying(const SceneHandle &handle) {
+  const Scene &scene = *handle.scene;
+  nb::dict d;
+  d["world"] = scene.varying_world();
+  nb::list lights;
+  for (const std::size_t light : scene.varying_lights()) lights.append(light);
+  d["lights"] = lights;
+  return d;
+}
+
 nb::dict session_stats(const Session &session) {
   const SessionStats s = session.stats();
   nb::dict rays;
@@ -387,6 +419,11 @@ NB_MODULE(cotorra_native, m) {
       .def("build_bvh", &build_bvh, "threads"_a = 0, "embree"_a = "", "should_cancel"_a = nb::none(),
            "Builds the BVH that the CPU needs, where there is none yet; as the constructor.")
       .def("stats", &scene_stats, "Build seconds, bytes and counts, as a dict.")
+      .def("constants", &material_constants, "material"_a,
+           "What a material is made of, as a dict by the names of Principled's inputs; what varies has no entry.\n"
+           "Raises IndexError.")
+      .def("varying", &varying,
+           "What varies and is rendered black, since it may not vary yet: {'world': bool, 'lights': [index]}.")
       .def(
           "explain", [](const SceneHandle &handle, std::size_t shader) { return handle.scene->explain(shader); },
           "shader"_a, "The programs that a shader of the SceneBuffers became, as text. Raises IndexError.");

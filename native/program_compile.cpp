@@ -9,6 +9,7 @@
 #include <stdexcept>
 
 #include "../kernels/program/ops.h"
+#include "../kernels/program/table_ops.h"
 #include "program_graph.h"
 #include "program_writer.h"
 
@@ -64,14 +65,14 @@ struct Closure {
 
 class Compiler {
  public:
-  Compiler(const ShaderInput &in) : in_(in), graph_(in.tables) {}
+  Compiler(const ShaderInput &in, std::span<const char> opaque_images)
+      : in_(in), opaque_images_(opaque_images), graph_(in.tables) {}
 
   CompiledShader compile(ProgramLibrary &library) {
     read_values();
     read_closures();
     split();
     CompiledShader out;
-    out.program = {{NO_PROGRAM, 0, 0, 0}, {NO_PROGRAM, 0, 0, 0}, {NO_PROGRAM, 0, 0, 0}, 0, 0};
     out.program.constants = static_cast<uint>(library.constants.size());
     out.grey = graph_.is_grey(transparency_);
     ProgramWriter writer(in_, graph_, library, out);
@@ -111,6 +112,34 @@ class Compiler {
     if (!good) fail(in_, std::string(what) + " refers to " + std::to_string(reference) + ", which is not there");
   }
 
+  // Ops that read tables or images: only what is there. Images that are computed are held within by the kernels.
+  void check_table(const OpInfo &op, std::size_t index, std::span<const Value> arguments) const {
+    const auto refuse = [&](const char *what) {
+      fail(in_, "op " + std::to_string(index) + " (" + op.name + ") reads " + what);
+    };
+    const auto number = [&](std::size_t k) { return static_cast<double>(graph_[arguments[k]].constant.x); };
+    const bool known = graph_.is_constant(arguments[1]);
+    if (op.number >= OP_IMAGE_V && op.number <= OP_ENVIRONMENT_V) {
+      const double images = static_cast<double>(opaque_images_.size());
+      if (images == 0.0 || (known && !(number(1) >= 0.0 && number(1) < images))) refuse("an image that is not there");
+      return;
+    }
+    const bool ramp = op.number == OP_RAMP_V || op.number == OP_RAMP_ALPHA;
+    if (!known || (ramp && !graph_.is_constant(arguments[2]))) refuse("a table whose place is no constant");
+    double size = op.number == OP_CURVE_F ? CURVE_ENTRIES : 3.0 * CURVE_ENTRIES;
+    if (ramp) size = 4.0 * number(2);
+    const bool inside = number(1) >= 0.0 && size >= 1.0 && number(1) + size <= static_cast<double>(in_.tables.size());
+    if (!inside) refuse("beyond its tables");
+  }
+
+  // Alpha of an image that has no holes, wherever it is read.
+  bool is_one(const OpInfo &op, uint mode, std::span<const Value> arguments) const {
+    if (op.number != OP_IMAGE_F || ((mode >> 2) & 3u) == EXTENSION_CLIP || !graph_.is_constant(arguments[1])) {
+      return false;
+    }
+    return opaque_images_[static_cast<std::size_t>(graph_[arguments[1]].constant.x)] != 0;
+  }
+
   void read_values() {
     // NaN would spread through the whole picture; what is beyond the range of colours is held back.
     for (vec3 c : in_.constants) {
@@ -134,7 +163,9 @@ class Compiler {
         }
         arguments.push_back(v);
       }
-      values_.push_back(graph_.op(op->number, in_.modes[i], std::move(arguments)));
+      if (op->table) check_table(*op, i, arguments);
+      const bool one = is_one(*op, in_.modes[i], arguments);
+      values_.push_back(one ? graph_.constant(1.0f) : graph_.op(op->number, in_.modes[i], std::move(arguments)));
       if (i < in_.labels.size()) graph_.set_label(values_.back(), in_.labels[i]);
     }
   }
@@ -260,7 +291,7 @@ class Compiler {
       if (!all_constant(c, {0, 1}) || number(c, 1) > 0.0f || !is_smooth_normal(c.arguments[2])) return s;
       if (!graph_.is_constant(c.weight)) return s;
       s.plain = true;
-      s.base_color = color(c, 0) * graph_[c.weight].constant;
+      s.base_color = max(color(c, 0), vec3(0.0f)) * graph_[c.weight].constant;
       s.ior = 1.0f;
       s.specular_level = 0.0f;
       s.roughness = 1.0f;
@@ -271,12 +302,13 @@ class Compiler {
     s.plain = all_constant(c, {PRINCIPLED_BASE, PRINCIPLED_METALLIC, PRINCIPLED_ROUGHNESS, PRINCIPLED_IOR,
                                PRINCIPLED_SPECULAR_LEVEL, PRINCIPLED_SPECULAR_TINT});
     if (!s.plain) return s;
-    s.base_color = color(c, PRINCIPLED_BASE);
-    s.metallic = number(c, PRINCIPLED_METALLIC);
-    s.roughness = number(c, PRINCIPLED_ROUGHNESS);
-    s.ior = number(c, PRINCIPLED_IOR);
-    s.specular_level = number(c, PRINCIPLED_SPECULAR_LEVEL);
-    s.specular_tint = color(c, PRINCIPLED_SPECULAR_TINT);
+    // Clamped as Cycles does.
+    s.base_color = max(color(c, PRINCIPLED_BASE), vec3(0.0f));
+    s.metallic = clamp(number(c, PRINCIPLED_METALLIC), 0.0f, 1.0f);
+    s.roughness = clamp(number(c, PRINCIPLED_ROUGHNESS), 0.0f, 1.0f);
+    s.ior = std::max(number(c, PRINCIPLED_IOR), 1e-5f);
+    s.specular_level = std::max(number(c, PRINCIPLED_SPECULAR_LEVEL), 0.0f);
+    s.specular_tint = max(color(c, PRINCIPLED_SPECULAR_TINT), vec3(0.0f));
     s.multi_ggx = (c.mode & PRINCIPLED_MULTI_GGX) != 0;
     return s;
   }
@@ -314,6 +346,7 @@ class Compiler {
   }
 
   const ShaderInput &in_;
+  std::span<const char> opaque_images_;
   ProgramGraph graph_;
   std::vector<Value> values_;
   std::vector<Value> constants_;
@@ -342,7 +375,7 @@ const OpInfo *find_op(uint number) {
 std::span<const ClosureInfo> program_closures() { return kClosures; }
 
 CompiledShader ProgramLibrary::add(const ShaderInput &shader) {
-  CompiledShader compiled = Compiler(shader).compile(*this);
+  CompiledShader compiled = Compiler(shader, opaque_images).compile(*this);
   return compiled;
 }
 

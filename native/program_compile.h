@@ -75,9 +75,9 @@ struct ProgramNeeds {
   }
 };
 
-// What one shader became.
+// What one shader became; before that, the default grey.
 struct CompiledShader {
-  MaterialProgram program;
+  MaterialProgram program{{NO_PROGRAM, 0, 0, 0}, {NO_PROGRAM, 0, 0, 0}, {NO_PROGRAM, 0, 0, 0}, 0, 0};
   PlainSurface surface;        // where program.surface is NO_PROGRAM
   vec3 emission{0.0f};         // where program.emission is NO_PROGRAM
   vec3 transparency{0.0f};     // where program.transparency is NO_PROGRAM
@@ -88,6 +88,11 @@ struct CompiledShader {
   uint lobes = 0;              // bit a CLOSURE_* kind of the surface
   std::uint64_t ops_used[8]{};  // by number of the op
   std::string text;            // for people
+
+  bool varies() const {
+    return program.surface.first != NO_PROGRAM || program.emission.first != NO_PROGRAM ||
+           program.transparency.first != NO_PROGRAM;
+  }
 };
 
 // The programs of a scene: code and constants of all its shaders.
@@ -96,6 +101,9 @@ class ProgramLibrary {
   // Throws std::invalid_argument that names the shader where its arrays do not make sense, or where it needs more
   // registers than there are.
   CompiledShader add(const ShaderInput &shader);
+
+  // The scene's images, to be told before: 1 where alpha is 1 everywhere, so that it is a constant.
+  std::vector<char> opaque_images;
 
   std::vector<uint> code;
   std::vector<ClosureRow> closures;

@@ -16,6 +16,7 @@ using Value = ProgramGraph::Value;
 
 // Operations that Math and Vector Math number alike, as Blender does; and the first way to mix colours.
 constexpr uint MATH_ADD = 0, MATH_SUBTRACT = 1, MATH_MULTIPLY = 2, MATH_DIVIDE = 3;
+constexpr uint VECTOR_SCALE = 10;
 constexpr uint BLEND_MIX = 0;
 constexpr uint MAPPING_VECTOR = 2;  // the last of Mapping's types that are affine maps: point, texture, vector
 
@@ -96,7 +97,12 @@ Value ProgramGraph::simplified(uint number, uint mode, const std::vector<Value> 
     }
     if (mode == MATH_MULTIPLY && (is_constant(a, 0.0f) || is_constant(b, 1.0f))) return a;
     if (mode == MATH_MULTIPLY && (is_constant(b, 0.0f) || is_constant(a, 1.0f))) return b;
-    if (mode == MATH_DIVIDE && is_constant(b, 1.0f)) return a;
+    if (mode == MATH_DIVIDE && (is_constant(b, 1.0f) || is_constant(a, 0.0f))) return a;
+    if (number == OP_VECTOR_MATH_V && mode == VECTOR_SCALE) {
+      const Value factor = arguments[3];
+      if (is_constant(factor, 1.0f) || is_constant(a, 0.0f)) return a;
+      if (is_constant(factor, 0.0f)) return factor;
+    }
   }
   if (number == OP_MIX_V || number == OP_MIX_F) {
     if (is_constant(arguments[0], 0.0f) || arguments[1] == arguments[2]) return arguments[1];

@@ -99,7 +99,6 @@ std::vector<AttributeInput> read_attributes(nb::handle mesh, std::vector<nb::obj
 ProgramsInput read_programs(nb::handle buffers, MakeOwner make_owner, std::vector<nb::object> &keep) {
   ProgramsInput in;
   for (nb::handle shader : nb::getattr(buffers, "shaders")) in.shaders.push_back(read_shader(shader, keep));
-  in.material_shader = view<int, std::int32_t>(nb::getattr(buffers, "materials"), "shader", keep);
   for (nb::handle image : nb::getattr(buffers, "images")) in.images.push_back(read_image(image, make_owner));
   in.uv_layers = static_cast<uint>(nb::len(nb::getattr(buffers, "uv_layers")));
   in.attribute_layers = static_cast<uint>(nb::len(nb::getattr(buffers, "attribute_layers")));

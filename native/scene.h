@@ -53,18 +53,9 @@ struct InstancesInput {
 };
 
 struct MaterialsInput {
-  std::span<const vec3> base_color;
-  std::span<const float> metallic;
-  std::span<const float> roughness;
-  std::span<const float> ior;
-  std::span<const float> specular_level;
-  std::span<const vec3> specular_tint;
-  std::span<const vec3> emission;
-  std::span<const float> alpha;
-  std::span<const uint> multi_ggx;
   std::span<const int> pass_index;
   std::span<const uint> emission_sampling;
-  std::span<const uint> emission_sides;  // 1 front, 2 back, 3 both; none: both
+  std::span<const int> shader;  // -1: the default grey
   ModelsInput models{};
   std::span<const float> principled{};    // words of PrincipledInputs by material, `inside` 1: it asks for lobes; for tests
 };
@@ -91,6 +82,7 @@ struct LightsInput {
   std::span<const float> inner_angle{};
   std::span<const float> outer_angle{};
   std::span<const int> pass_index{};  // the pass that shows the lamp alone, -1 = none
+  std::span<const int> shader{};      // whose emission is a factor of `strength`, -1 = none
 };
 
 struct SceneInput {
@@ -101,6 +93,7 @@ struct SceneInput {
   LightsInput lights;
   ProgramsInput programs;
   vec3 world{0.0f, 0.0f, 0.0f};
+  int world_shader = -1;  // whose emission is a factor of `world`, -1 = none
   uint world_visibility = VISIBLE_ALL;
   int world_group = -1;
   uint light_group_count = 0;
@@ -116,8 +109,8 @@ struct SceneStats {
   std::uint64_t bytes = 0;             // everything the scene holds, the BVH and images included
 };
 
-// Whether and from which sides a material emits, by its emission.
-void set_emission_flags(Material &material, uint sampled, uint sides);
+// Whether a material emits and is sampled as a light, by its emission.
+void set_emission_flags(Material &material, uint sampled);
 
 // Entries of the arrays that a mesh refers to; 0 for those that it does not have.
 struct MeshLengths {
@@ -126,8 +119,6 @@ struct MeshLengths {
 
 // Radiometry and geometry of one lamp from Blender's units (see blender-facts in the project's notes, measured on
 // Cycles).
-// The records of the materials, as Principled ones. Throws std::invalid_argument where arrays differ in length.
-std::vector<Material> material_records(const MaterialsInput &materials);
 Light light_from_blender(const LightsInput &lights, std::size_t index);
 // How the lamp falls off and ends; marks `light` with LIGHT_SHAPED where that is not Blender's way.
 LightShape shape_light(const LightsInput &lights, std::size_t index, Light &light);
@@ -176,6 +167,11 @@ class Scene {
   const ProgramNeeds &transparency_needs() const { return transparency_needs_; }
   // What shader `index` became, for people. Throws std::out_of_range.
   const std::string &explain(std::size_t index) const { return compiled_.at(index).text; }
+  // What a material is made of, where that is constant. Throws std::out_of_range.
+  const CompiledShader &compiled(std::size_t material) const;
+  // Lamps and worlds whose emission varies, which cannot be rendered yet: they are black.
+  std::span<const std::size_t> varying_lights() const { return varying_lights_; }
+  bool varying_world() const { return varying_world_; }
   static std::span<const float> albedo();
 
   // Instance that an Embree hit belongs to is first_instances()[top-level geometry] + its place in an instance array.
@@ -186,7 +182,10 @@ class Scene {
   void prepare_models(const ModelsInput &input);  // after the materials
   void prepare_classic();
   void prepare_lobes(std::span<const float> words);
-  void prepare_programs(ProgramsInput &input, const MaterialsInput &materials);  // before prepare_models
+  void prepare_programs(ProgramsInput &input, const MaterialsInput &materials);  // before all that shaders tell
+  void validate_shaders(const SceneInput &input) const;
+  // The emission of a shader of a lamp or world, 1 for none; notes in `varies` where it is no constant.
+  vec3 emission_of(int shader, bool &varies) const;
   void prepare_object_spaces(const SceneInput &input, std::span<const uint> order);
   void prepare_infos(const SceneInput &input, std::span<const uint> order);
   // How bright the materials whose emission varies are on average, where all else of the scene is known.
@@ -228,7 +227,9 @@ class Scene {
   std::vector<CompiledShader> compiled_;            // by shader
   std::vector<MaterialProgram> material_programs_;  // by material; empty where none varies
   ProgramNeeds surface_needs_, emission_needs_, transparency_needs_;
-  std::vector<int> material_shaders_;               // by material, -1: none
+  std::vector<int> material_shaders_;               // by material, -1: the default grey
+  std::vector<std::size_t> varying_lights_;         // as the exporter counts them
+  bool varying_world_ = false;
   bool asks_spaces_ = false, asks_meshes_ = false;
   std::vector<uint> material_slots_;
   std::vector<Light> lights_;

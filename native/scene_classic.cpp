@@ -33,9 +33,7 @@ void Scene::prepare_classic() {
   const std::size_t n = materials_.size();
   for (std::size_t i = 0; i < n; ++i) {
     classic_.push_back(models_.empty() ? default_classic() : classic_of(models_[i]));
-    if (!material_shaders_.empty() && material_shaders_[i] >= 0) {
-      classic_[i].transmission = compiled_[static_cast<std::size_t>(material_shaders_[i])].surface.transmission;
-    }
+    classic_[i].transmission = compiled(i).surface.transmission;
   }
   data_.classic = {classic_.data()};
 }

@@ -45,12 +45,19 @@ uint corners_of_layer(std::span<const uvec3> corners, std::size_t total, uint &l
 
 }  // namespace
 
+// Of a material without a shader: the constants of a new Principled node, and nothing varies.
+static const CompiledShader &default_shader() {
+  static const CompiledShader shader;
+  return shader;
+}
+
 // Takes over what a shader became where all of it, or a part, is constant; what varies is the program's.
-static void set_material(const CompiledShader &shader, uint sampled, uint sides, Material &m) {
+static Material material_of(const CompiledShader &shader) {
+  Material m{};
   const PlainSurface &s = shader.surface;
   m.base_color = s.base_color;
-  m.metallic = clamp(s.metallic, 0.0f, 1.0f);
-  m.roughness = clamp(s.roughness, 0.0f, 1.0f);
+  m.metallic = s.metallic;
+  m.roughness = s.roughness;
   m.ior = s.ior;
   m.specular_level = s.specular_level;
   m.specular_tint = s.specular_tint;
@@ -65,17 +72,45 @@ static void set_material(const CompiledShader &shader, uint sampled, uint sides,
   const bool clear = shader.program.transparency.first != NO_PROGRAM || max_component(shader.transparency) > 0.0f;
   if (clear) m.flags |= MATERIAL_TRANSPARENT;
   if (clear && !shader.grey) m.flags |= MATERIAL_TINTED;
-  if (varies || shader.program.emission.first != NO_PROGRAM || shader.program.transparency.first != NO_PROGRAM) {
-    m.flags |= MATERIAL_PROGRAM;
-  }
-  set_emission_flags(m, sampled, sides);
+  if (shader.varies()) m.flags |= MATERIAL_PROGRAM;
+  return m;
+}
+
+const CompiledShader &Scene::compiled(std::size_t material) const {
+  const int shader = material_shaders_.at(material);
+  return shader < 0 ? default_shader() : compiled_[static_cast<std::size_t>(shader)];
+}
+
+void Scene::validate_shaders(const SceneInput &in) const {
+  const int count = static_cast<int>(in.programs.shaders.size());
+  const auto require = [count](int shader, const std::string &name) {
+    if (shader >= -1 && shader < count) return;
+    throw std::invalid_argument(name + " = " + std::to_string(shader) + ", must be from -1 to below " +
+                                std::to_string(count));
+  };
+  const auto require_all = [&](std::span<const int> shaders, const std::string &name) {
+    for (std::size_t i = 0; i < shaders.size(); ++i) require(shaders[i], name + "[" + std::to_string(i) + "]");
+  };
+  require_all(in.materials.shader, "materials.shader");
+  require_all(in.lights.shader, "lights.shader");
+  require(in.world_shader, "world.shader");
+}
+
+vec3 Scene::emission_of(int shader, bool &varies) const {
+  if (shader < 0) return vec3(1.0f);
+  const CompiledShader &c = compiled_[static_cast<std::size_t>(shader)];
+  varies = c.program.emission.first != NO_PROGRAM;
+  return c.emission;
 }
 
 void Scene::prepare_programs(ProgramsInput &in, const MaterialsInput &materials) {
-  if (in.shaders.empty()) return;
-  require_entries(in.material_shader.size(), materials_.size(), "materials.shader");
-  
-  material_shaders_.assign(in.material_shader.begin(), in.material_shader.end());
+  material_shaders_.assign(materials.shader.begin(), materials.shader.end());
+  const bool alpha = std::any_of(in.shaders.begin(), in.shaders.end(), [](const ShaderInput &shader) {
+    return std::find(shader.ops.begin(), shader.ops.end(), OP_IMAGE_F) != shader.ops.end();
+  });
+  for (const ImageInput &image : in.images) {
+    library_of_programs_.opaque_images.push_back(alpha && is_opaque(image) ? 1 : 0);
+  }
   for (const ShaderInput &shader : in.shaders) {
     compiled_.push_back(library_of_programs_.add(shader));
     const CompiledShader &c = compiled_.back();
@@ -83,27 +118,19 @@ void Scene::prepare_programs(ProgramsInput &in, const MaterialsInput &materials)
     emission_needs_.add(c.emission_needs);
     transparency_needs_.add(c.transparency_needs);
     asks_spaces_ |= uses(c, {OP_OBJECT_POSITION, OP_OBJECT_TRANSFORM});
-    asks_meshes_ |= c.program.surface.first != NO_PROGRAM || c.program.emission.first != NO_PROGRAM ||
-                    c.program.transparency.first != NO_PROGRAM;
+    asks_meshes_ |= c.varies();
   }
-  for (std::size_t i = 0; i < materials_.size(); ++i) {
-    const int shader = in.material_shader[i];
-    if (shader < 0) continue;
-    if (static_cast<std::size_t>(shader) >= compiled_.size()) {
-      throw std::invalid_argument("materials.shader[" + std::to_string(i) + "] = " + std::to_string(shader) +
-                                  ", must be below " + std::to_string(compiled_.size()));
-    }
-    const CompiledShader &c = compiled_[static_cast<std::size_t>(shader)];
-    set_material(c, materials.emission_sampling[i],
-                 materials.emission_sides.empty() ? 3u : materials.emission_sides[i], materials_[i]);
-    if (!asks_meshes_) continue;
-    const MaterialProgram nothing{{NO_PROGRAM, 0, 0, 0}, {NO_PROGRAM, 0, 0, 0}, {NO_PROGRAM, 0, 0, 0}, 0, 0};
-    material_programs_.resize(materials_.size(), nothing);
-    material_programs_[i] = c.program;
+  for (std::size_t i = 0; i < material_shaders_.size(); ++i) {
+    const CompiledShader &c = compiled(i);
+    materials_.push_back(material_of(c));
+    materials_[i].pass_index = materials.pass_index[i];
+    set_emission_flags(materials_[i], materials.emission_sampling[i]);
+    if (asks_meshes_) material_programs_.push_back(c.program);
   }
   if (!asks_meshes_) return;
   for (ImageInput &image : in.images) add_image(std::move(image), textures_);
   data_.textures = {textures_.images.data()};
+  data_.texture_count = static_cast<uint>(textures_.images.size());
   data_.programs = {material_programs_.data()};
   data_.program_code = {library_of_programs_.code.data()};
   data_.program_closures = {library_of_programs_.closures.data()};
@@ -112,30 +139,66 @@ void Scene::prepare_programs(ProgramsInput &in, const MaterialsInput &materials)
   data_.uv_layer_count = in.uv_layers;
 }
 
-// The inverse of an affine map, by rows; null where there is none.
-static ObjectSpace inverse_of(const float *m) {
-  const auto at = [m](std::size_t row, std::size_t column) { return static_cast<double>(m[4 * row + column]); };
-  double inverse[3][3];
+using Matrix = std::array<std::array<double, 3>, 3>;
+
+// The inverse by cofactors; 0 where there is none.
+static Matrix inverse_of(const Matrix &m) {
+  Matrix inverse;
   for (std::size_t i = 0; i < 3; ++i) {
     for (std::size_t j = 0; j < 3; ++j) {
       const std::size_t a = (j + 1) % 3, b = (j + 2) % 3, c = (i + 1) % 3, d = (i + 2) % 3;
-      inverse[i][j] = at(a, c) * at(b, d) - at(a, d) * at(b, c);
+      inverse[i][j] = m[a][c] * m[b][d] - m[a][d] * m[b][c];
     }
   }
-  const double det = at(0, 0) * inverse[0][0] + at(0, 1) * inverse[1][0] + at(0, 2) * inverse[2][0];
-  const double scale = det != 0.0 ? 1.0 / det : 0.0;
+  const double det = m[0][0] * inverse[0][0] + m[0][1] * inverse[1][0] + m[0][2] * inverse[2][0];
+  for (auto &row : inverse) {
+    for (double &x : row) x = det != 0.0 ? x / det : 0.0;
+  }
+  return inverse;
+}
+
+// From world space to that of an object, by rows. A flat object has the pseudoinverse (M^T M + e I)^-1 M^T, e small:
+// along the axis that its scale makes 0, its own coordinate is 0.
+static ObjectSpace space_of(const float *transform) {
+  Matrix m;
+  double size = 1.0;  // of the box that the axes span
+  for (std::size_t j = 0; j < 3; ++j) {
+    for (std::size_t i = 0; i < 3; ++i) m[i][j] = static_cast<double>(transform[4 * i + j]);
+    size *= std::sqrt(m[0][j] * m[0][j] + m[1][j] * m[1][j] + m[2][j] * m[2][j]);
+  }
+  const double det = m[0][0] * (m[1][1] * m[2][2] - m[1][2] * m[2][1]) +
+                     m[0][1] * (m[1][2] * m[2][0] - m[1][0] * m[2][2]) +
+                     m[0][2] * (m[1][0] * m[2][1] - m[1][1] * m[2][0]);
+  Matrix inverse = inverse_of(m);
+  if (std::abs(det) <= 1e-12 * size) {
+    Matrix square{};
+    for (std::size_t i = 0; i < 3; ++i) {
+      for (std::size_t j = 0; j < 3; ++j) {
+        for (std::size_t k = 0; k < 3; ++k) square[i][j] += m[k][i] * m[k][j];
+      }
+    }
+    const double e = 1e-12 * (square[0][0] + square[1][1] + square[2][2]);
+    for (std::size_t i = 0; i < 3; ++i) square[i][i] += e;
+    const Matrix left = inverse_of(square);
+    for (std::size_t i = 0; i < 3; ++i) {
+      for (std::size_t j = 0; j < 3; ++j) {
+        inverse[i][j] = left[i][0] * m[j][0] + left[i][1] * m[j][1] + left[i][2] * m[j][2];
+      }
+    }
+  }
   vec4 rows[3];
   for (std::size_t i = 0; i < 3; ++i) {
-    const double x = inverse[i][0] * scale, y = inverse[i][1] * scale, z = inverse[i][2] * scale;
-    rows[i] = vec4(static_cast<float>(x), static_cast<float>(y), static_cast<float>(z),
-                   static_cast<float>(-(x * at(0, 3) + y * at(1, 3) + z * at(2, 3))));
+    const double x = inverse[i][0], y = inverse[i][1], z = inverse[i][2];
+    const double w = x * static_cast<double>(transform[3]) + y * static_cast<double>(transform[7]) +
+                     z * static_cast<double>(transform[11]);
+    rows[i] = vec4(static_cast<float>(x), static_cast<float>(y), static_cast<float>(z), static_cast<float>(-w));
   }
-  return {rows[0], rows[1], rows[2], vec3(m[3], m[7], m[11]), 0};
+  return {rows[0], rows[1], rows[2], vec3(transform[3], transform[7], transform[11]), 0};
 }
 
 void Scene::prepare_object_spaces(const SceneInput &in, std::span<const uint> order) {
   if (!asks_spaces_) return;
-  for (const uint i : order) textures_.spaces.push_back(inverse_of(in.instances.transform.data() + std::size_t{12} * i));
+  for (const uint i : order) textures_.spaces.push_back(space_of(in.instances.transform.data() + std::size_t{12} * i));
   data_.object_spaces = {textures_.spaces.data()};
 }
 
@@ -269,7 +332,7 @@ void Scene::estimate_emission(const MaterialsInput &in) {
     }
   };
   each([&](uint, uint, uint m) { ++count[m]; });
-  // 2. Their programs at points spread over them, seen from the front.
+  // 2. Their programs at points spread over them, seen from both sides.
   each([&](uint instance, uint triangle, uint m) {
     const std::uint64_t step = std::max<std::uint64_t>(count[m] / kPoints, 1);
     const std::uint64_t points = std::max<std::uint64_t>(kPoints / count[m], 1);
@@ -277,12 +340,13 @@ void Scene::estimate_emission(const MaterialsInput &in) {
     for (std::uint64_t p = 0; p < points; ++p) {
       const vec2 b = triangle_from_square(sampler_pair(static_cast<uint>(p), 0x51a7u + triangle));
       const Hit hit{1.0f, b.x, b.y, triangle, instance, 0};
-      Surface s;
-      surface_from_hit(data_, hit, vec3(0.0f, 0.0f, 1.0f), s);
-      if (s.side < 0.0f) surface_from_hit(data_, hit, vec3(0.0f, 0.0f, -1.0f), s);
-      const vec3 e = material_emission(data_, m, materials_[m], shader_point(s, s.ng, 1.0f));
-      for (std::size_t c = 0; c < 3; ++c) sum[m][c] += std::max(static_cast<double>((&e.x)[c]), 0.0);
-      sum[m][3] += 1.0;
+      for (const float z : {1.0f, -1.0f}) {
+        Surface s;
+        surface_from_hit(data_, hit, vec3(0.0f, 0.0f, z), s);
+        const vec3 e = material_emission(data_, m, materials_[m], shader_point(s, s.ng, 1.0f));
+        for (std::size_t c = 0; c < 3; ++c) sum[m][c] += std::max(static_cast<double>((&e.x)[c]), 0.0);
+        sum[m][3] += 1.0;
+      }
     }
   });
   for (std::size_t m = 0; m < materials_.size(); ++m) {
@@ -290,21 +354,19 @@ void Scene::estimate_emission(const MaterialsInput &in) {
     const double n = std::max(sum[m][3], 1.0);
     materials_[m].emission = vec3(static_cast<float>(sum[m][0] / n), static_cast<float>(sum[m][1] / n),
                                   static_cast<float>(sum[m][2] / n));
-    set_emission_flags(materials_[m], in.emission_sampling[m],
-                       in.emission_sides.empty() ? 3u : in.emission_sides[m]);
+    set_emission_flags(materials_[m], in.emission_sampling[m]);
     // It may emit where nobody looked: rays find it there.
-    materials_[m].flags |= MATERIAL_EMISSIVE | MATERIAL_EMIT_FRONT | MATERIAL_EMIT_BACK;
+    materials_[m].flags |= MATERIAL_EMISSIVE;
   }
 }
 
-void set_emission_flags(Material &m, uint sampled, uint sides) {
-  m.flags &= ~(MATERIAL_EMISSIVE | MATERIAL_SAMPLED | MATERIAL_EMIT_FRONT | MATERIAL_EMIT_BACK);
+void set_emission_flags(Material &m, uint sampled) {
+  m.flags &= ~(MATERIAL_EMISSIVE | MATERIAL_SAMPLED);
   if (!(max(max(m.emission.x, m.emission.y), m.emission.z) > 0.0f)) return;
   m.flags |= MATERIAL_EMISSIVE;
   // Triangles are picked by luminance, which colours with negative parts may lack.
   const float luminance = dot(m.emission, vec3(0.2126f, 0.7152f, 0.0722f));
   if (sampled != 0 && luminance > 0.0f) m.flags |= MATERIAL_SAMPLED;
-  m.flags |= ((sides & 1u) != 0 ? MATERIAL_EMIT_FRONT : 0u) | ((sides & 2u) != 0 ? MATERIAL_EMIT_BACK : 0u);
 }
 
 }  // namespace cotorra

@@ -6,19 +6,15 @@ It keeps nothing between two calls, and no Blender object leaves it.
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import bpy
 import numpy as np
 
-from .. import shader
 from ..log import Log
 from . import camera, instance_info, instances, layers, lights, materials, shapes, world
-from .buffers import I32, Camera, InstanceSpaces, SceneBuffers
+from .buffers import I32, Camera, SceneBuffers
 from .images import ImageTable
 from .nodes import Trees
 from .shaders import ShaderTable
-from .texture_nodes import inverse
 
 
 def export_camera(
@@ -47,12 +43,9 @@ def export_scene(
     log.checkpoint()
 
     # What each group is: a lamp, or a mesh with its materials, or nothing.
-    refracts = engine_scene.cotorra.integrator == 'WHITTED'
     images = ImageTable(log, engine_scene.frame_current)
-    shaders = None
-    if shader.is_available():
-        shaders = ShaderTable(log, trees, images, engine_scene, depsgraph.view_layer_eval)
-    table = materials.MaterialTable(log, trees, images, refracts, shaders)
+    shaders = ShaderTable(log, trees, images, engine_scene, depsgraph.view_layer_eval)
+    table = materials.MaterialTable(log, shaders)
     lamps: list[lights.Lamp] = []
     found: list[shapes.Shape] = []
     lamp_of_group = np.full(len(walk.groups), -1, np.int32)
@@ -65,7 +58,7 @@ def export_scene(
         visibility = instances.visibility(group, evaluated_layer)
         group_of_lights = instances.light_group(group, light_groups)
         if isinstance(group.data, bpy.types.Light):
-            lamp = lights.read_lamp(group.obj, visibility, group_of_lights, trees, log, shaders)
+            lamp = lights.read_lamp(group.obj, visibility, group_of_lights, log, shaders)
             if lamp is not None:
                 lamp_of_group[index] = len(lamps)
                 lamps.append(lamp)
@@ -74,18 +67,14 @@ def export_scene(
             found.append(shapes.read_shape(group, visibility, group_of_lights, view_layer.material_override, table))
 
     # The arrays.
-    background = world.read_world(engine_scene, view_layer, light_groups, trees, log, shaders)
-    drafts = shaders.drafts if shaders is not None else []
-    needed = layers.plan(found, table.rows, drafts, table.shaders)
+    background = world.read_world(engine_scene, view_layer, light_groups, log, shaders)
+    needed = layers.plan(found, shaders.drafts, [row.shader for row in table.rows])
     meshes = shapes.read_meshes(found, needed, log)
     shown, shape_of = _members(walk.group_of, shape_of_group)
     lit, lamp_of = _members(walk.group_of, lamp_of_group)
     objects, items = shapes.instance_arrays(found, meshes, shape_of, walk.transforms[shown], table, log)
-    if needed.object_spaces:
-        spaces = InstanceSpaces(inverse(objects.transform).astype(np.float32))
-        objects = replace(objects, spaces=spaces)
     objects = instance_info.with_info(objects, walk, shown[items], needed, depsgraph)
-    surfaces, slots = materials.material_arrays(table, needed, engine_scene)
+    surfaces, slots = materials.material_arrays(table, engine_scene)
     return SceneBuffers(
         meshes=tuple(meshes.arrays),
         instances=objects,
@@ -97,7 +86,7 @@ def export_scene(
         images=tuple(images.images),
         uv_layers=needed.uv_layers,
         tangent_layers=needed.tangent_layers,
-        shaders=shaders.resolved(needed.numbers) if shaders is not None else (),
+        shaders=shaders.resolved(needed.numbers),
         attribute_layers=needed.attribute_layers,
         instance_layers=needed.instance_layers,
     )

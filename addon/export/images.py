@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Images to arrays, in the depth of their files: from files, packed files, generated images, frames of sequences.
 
-An image that cannot be read is None and a message: what is shown instead is told in texture_nodes.py.
+An image that cannot be read is None and a message: what is shown instead is told in addon/shader/nodes_texture.py.
 """
 
 from __future__ import annotations

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What materials ask of the meshes that show them: UV maps, tangents, attributes; no mesh brings more.
+"""What shaders ask of the meshes that show them: UV maps, tangents, attributes; no mesh brings more.
 
 How a mesh's arrays are read is geometry.py's.
 """
@@ -7,18 +7,15 @@ How a mesh's arrays are read is geometry.py's.
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 import bpy
 
 from .attributes import is_of_instance
-from .buffers import COORDINATES_GENERATED, COORDINATES_OBJECT, COORDINATES_UV, NORMAL_TANGENT
-from .textures import NormalMap, Texture
 
 if TYPE_CHECKING:  # they use this file, or are not needed to run it
     from ..shader import Draft
-    from .materials import Row
     from .shapes import Shape
 
 
@@ -38,7 +35,7 @@ class Needs:
 
 @dataclass(frozen=True, slots=True)
 class Layers:
-    """The UV maps in use, in the order that slots count them; see the fields of `SceneBuffers`.
+    """The UV maps and other layers in use; see the fields of `SceneBuffers`.
 
     aliases: names that mean the active render UV map wherever they are used.
     attribute_layers, instance_layers: see `SceneBuffers`.
@@ -47,7 +44,6 @@ class Layers:
 
     uv_layers: tuple[str, ...]
     tangent_layers: tuple[int, ...]
-    object_spaces: bool
     aliases: frozenset[str]
     needs: dict[bpy.types.Mesh, Needs]
     attribute_layers: tuple[str, ...] = ('',)
@@ -66,34 +62,19 @@ class Layers:
                 found |= {('tangent', name): index for name in self.aliases}
         return found
 
-    def resolved(self, texture: Texture) -> Texture:
-        lookup = texture.lookup
-        return replace(texture, lookup=replace(lookup, uv_map='')) if lookup.uv_map in self.aliases else texture
-
-    def tangent(self, normal: NormalMap | None) -> int:
-        """The place in `tangent_layers` that a normal map reads."""
-        if normal is None or normal.space != NORMAL_TANGENT:
-            return 0
-        name = '' if normal.uv_map in self.aliases else normal.uv_map
-        return self.tangent_layers.index(self.uv_layers.index(name))
-
 
 # Ops that read generated coordinates: those themselves, and the tangents that are made of them.
 READ_GENERATED = frozenset(('generated', 'tangent', 'geometry_tangent'))
-READ_OBJECT_SPACE = frozenset(('object_position', 'object_transform', 'normal_map', 'bump'))
 READ_OBJECT_INFO = frozenset(('object_info_v', 'object_info_f'))
 READ_PARTICLES = frozenset(('particle_v', 'particle_f'))
 
 
-def plan(shapes: Iterable[Shape], rows: list[Row], drafts: list[Draft], shader_of: list[int]) -> Layers:
-    """What the materials `rows` and their shaders ask of the meshes of the shapes.
+def plan(shapes: Iterable[Shape], drafts: list[Draft], shader_of: list[int]) -> Layers:
+    """What the shaders of materials ask of the meshes of the shapes.
 
-    drafts: all shaders, the world's and the lamps' included; shader_of: those of the rows, -1 for none.
+    drafts: all shaders, the world's and the lamps' included; shader_of: those of the materials, -1 for none.
     """
-    asked = [_needs_of_row(row) for row in rows]
-    for need, index in zip(asked, shader_of, strict=True):
-        if index >= 0:
-            _add_draft(need, drafts[index])
+    asked = [Needs() if index < 0 else _needs_of(drafts[index]) for index in shader_of]
     needs: dict[bpy.types.Mesh, Needs] = {}
     for shape in shapes:
         mine = needs.setdefault(shape.data, Needs())
@@ -125,7 +106,6 @@ def plan(shapes: Iterable[Shape], rows: list[Row], drafts: list[Draft], shader_o
     return Layers(
         uv_layers=uv_layers,
         tangent_layers=tuple(index for index, name in enumerate(uv_layers) if name in tangents),
-        object_spaces=any(_reads(row, COORDINATES_OBJECT) for row in rows) or bool(uses & READ_OBJECT_SPACE),
         aliases=aliases,
         needs=needs,
         attribute_layers=(*uv_layers, *of_meshes, *of_instances),
@@ -135,11 +115,13 @@ def plan(shapes: Iterable[Shape], rows: list[Row], drafts: list[Draft], shader_o
     )
 
 
-def _add_draft(need: Needs, draft: Draft) -> None:
+def _needs_of(draft: Draft) -> Needs:
     """What a shader asks for; whether an attribute is a UV map is found out when all are there."""
-    need.tangents |= draft.layers('tangent')
-    need.attributes |= {name for name in draft.layers('layer') if not is_of_instance(name)}
-    need.generated |= bool(draft.uses & READ_GENERATED)
+    return Needs(
+        tangents=draft.layers('tangent'),
+        attributes={name for name in draft.layers('layer') if not is_of_instance(name)},
+        generated=bool(draft.uses & READ_GENERATED),
+    )
 
 
 def _attributes_that_are_uv_maps(needs: dict[bpy.types.Mesh, Needs]) -> set[str]:
@@ -154,20 +136,6 @@ def _attributes_that_are_uv_maps(needs: dict[bpy.types.Mesh, Needs]) -> set[str]
         need.uv_maps |= need.attributes & found
         need.attributes -= found
     return found
-
-
-def _needs_of_row(row: Row) -> Needs:
-    lookups = [texture.lookup for texture in row.textures().values()]
-    normal = row.bsdf.normal
-    return Needs(
-        uv_maps={lookup.uv_map for lookup in lookups if lookup.coordinates == COORDINATES_UV},
-        tangents={normal.uv_map} if normal is not None and normal.space == NORMAL_TANGENT else set(),
-        generated=_reads(row, COORDINATES_GENERATED),
-    )
-
-
-def _reads(row: Row, coordinates: int) -> bool:
-    return any(texture.lookup.coordinates == coordinates for texture in row.textures().values())
 
 
 def _active(mesh: bpy.types.Mesh) -> str | None:

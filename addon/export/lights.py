@@ -6,21 +6,17 @@ Radiance is derived in the native module. Emissive meshes are materials, the wor
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import bpy
 import numpy as np
 
-from .. import compat
 from ..lamps import pass_names, pass_numbers
 from ..log import Log
 from .beams import Beam, beam_arrays, read_beam
 from .buffers import F32, I32, LIGHT_POINT, LIGHT_SPOT, LIGHT_SUN, Lights
-from .closures import Color
-from .nodes import Trees, node_inputs, output_node
 from .shaders import ShaderTable
-from .surface import Reader, read_closure
+from .sockets import Color
 
 TYPES = {'POINT': LIGHT_POINT, 'SUN': LIGHT_SUN, 'SPOT': LIGHT_SPOT}
 MAX_BOUNCES = 1024  # Cycles' default, where its settings do not exist
@@ -45,16 +41,14 @@ class Lamp:
     light_group: int
     beam: Beam
     shader: int
-    energy: Color
 
 
 def read_lamp(
     obj: bpy.types.Object,
     visibility: int,
     light_group: int,
-    trees: Trees,
     log: Log,
-    shaders: ShaderTable | None = None,
+    shaders: ShaderTable,
 ) -> Lamp | None:
     """The lamp of a light object, or None where it gives no light or is of a kind that is not supported yet."""
     light = obj.data
@@ -65,13 +59,11 @@ def read_lamp(
     def warn(text: str) -> None:
         log.warning(f'Light "{obj.name}": {text}')
 
-    energy = _energy(light)
-    strength = _strength(light, energy, trees, warn if shaders is None else lambda text: None)
-    given = strength if shaders is None else energy
-    if not any(given) or not visibility:
+    strength = _strength(light)
+    if not any(strength) or not visibility:
         return None
-    if not np.isfinite(given).all():
-        log.warning(f'Light "{obj.name}": its strength is not a finite number: left out')
+    if not np.isfinite(strength).all():
+        warn('its strength is not a finite number: left out')
         return None
     beam = read_beam(light, obj.name, log)
     if beam is None:
@@ -93,8 +85,7 @@ def read_lamp(
         visibility=visibility,
         light_group=light_group,
         beam=beam,
-        shader=-1 if shaders is None else shaders.index(light, warn),
-        energy=energy,
+        shader=shaders.index(light, warn),
     )
 
 
@@ -104,7 +95,6 @@ def light_arrays(lamps: list[Lamp], transforms: F32, lamp_of: I32, view_layer: b
     for index in np.unique(lamp_of[~usable]):
         log.warning(f'Light "{lamps[index].name}": its transform is not invertible or not finite: left out')
     lamp_of = lamp_of[usable]
-    has_shaders = any(lamp.shader >= 0 for lamp in lamps)
 
     def column(name: str, dtype: type, *shape: int) -> np.ndarray:
         values = np.array([getattr(lamp, name) for lamp in lamps], dtype).reshape(len(lamps), *shape)
@@ -126,8 +116,7 @@ def light_arrays(lamps: list[Lamp], transforms: F32, lamp_of: I32, view_layer: b
         light_group=column('light_group', np.int32),
         names=tuple(lamps[index].name for index in lamp_of),
         pass_index=_pass_indices([lamps[index].name for index in lamp_of], view_layer),
-        shader=column('shader', np.int32) if has_shaders else None,
-        energy=column('energy', np.float32, 3) if has_shaders else None,
+        shader=column('shader', np.int32),
         **beam_arrays([lamps[index].beam for index in lamp_of]),
     )
 
@@ -140,25 +129,12 @@ def _pass_indices(names: list[str], view_layer: bpy.types.ViewLayer) -> I32 | No
     return np.array([numbers.get(pass_of.get(name, ''), -1) for name in names], np.int32)
 
 
-def _energy(light: bpy.types.Light) -> Color:
+def _strength(light: bpy.types.Light) -> Color:
     """Colour × temperature colour × energy × 2^exposure."""
     color = np.array(light.color, np.float64) * light.energy * 2.0**light.exposure
     if light.use_temperature:
         color *= light.temperature_color
     return tuple(float(part) for part in color)
-
-
-def _strength(light: bpy.types.Light, energy: Color, trees: Trees, warn: Callable[[str], None]) -> Color:
-    """The energy × the light's node tree."""
-    tree = compat.node_tree(light)
-    if tree is None:
-        return energy
-    reader = Reader(trees, warn)
-    output = output_node(tree)
-    inputs = node_inputs(output) if output is not None else {}
-    emission = read_closure(reader, inputs.get('Surface')).emission
-    reader.report()
-    return tuple(float(a * b) for a, b in zip(energy, emission, strict=True))
 
 
 def _usable(transforms: F32) -> np.ndarray:

@@ -10,7 +10,7 @@ from collections.abc import Callable
 
 import bpy
 
-from .. import compat, native
+from .. import compat
 from ..export.nodes import Trees
 from . import bump, nodes_input, nodes_math, nodes_texture  # noqa: F401 (they register their nodes)
 from .closures import CLOSURES, read_closures
@@ -19,15 +19,6 @@ from .ops import Tables, tables
 from .reader import VALUES, Reader, Scene
 from .support import NEAREST, NOT_SUPPORTED, STRUCTURE
 from .tree import Builder, Draft
-
-
-def is_available() -> bool:
-    """Whether the native module takes shaders."""
-    try:
-        module = native.load()
-    except native.NativeError:
-        return False
-    return hasattr(module, 'shader_ops') and hasattr(module, 'shader_closures')
 
 
 def shaders_of(

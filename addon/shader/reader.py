@@ -14,7 +14,7 @@ import bpy
 import numpy as np
 
 from ..export.images import ImageTable
-from ..export.textures import LUMINANCE
+from ..export.sockets import LUMINANCE
 from .feeds import Constant, Contexts, Fed, Feeds
 from .support import NEAREST, NOT_SUPPORTED
 from .tree import SHIFT_BIT, Builder, Ref, Triple, finite

@@ -89,8 +89,10 @@ FN vec2 box_coordinates(int axis, vec3 p, vec3 normal) {
   return vec2(side > 0.0f ? 1.0f - across : across, axis == 2 ? p.x : p.z);
 }
 
+// `image` may be computed (which tile of several): its number is held within those that there are.
 FN vec4 image_read(IN(SceneData) scene, uint mode, float image, vec2 st) {
-  Texture t = LOAD(scene.textures, uint(max(int(image), 0)));
+  const float last = float(int(scene.texture_count)) - 1.0f;
+  Texture t = LOAD(scene.textures, uint(int(select(image >= 0.0f, min(image, last), 0.0f))));
   const vec4 texel = texture_filtered(t, st, mode & 3u, (mode >> 2) & 3u);
   return texture_linear(t, (mode & IMAGE_UNASSOCIATE) != 0u, texel);
 }

@@ -72,5 +72,6 @@ extern "C" void test_table(unsigned op, unsigned mode, std::size_t count, const 
   SceneData scene{};
   scene.tables.v = table;
   scene.textures.v = &image;
+  scene.texture_count = 1;
   for (std::size_t i = 0; i < count; ++i) results[i] = table_op(scene, op, mode, arguments[i]);
 }
