@@ -188,13 +188,8 @@ class RenderJob:
             self.stats.take(session)
 
     def warn_of_what_varies(self, scene: Any, buffers: SceneBuffers) -> None:
-        """Name the world and the lamps that are left out, since their shaders are no constants."""
-        varying = scene.varying()
-        if varying['world']:
-            self.log.warning(
-                f'World "{buffers.world.name}": a background that varies is not supported yet: it is black'
-            )
-        for name in dict.fromkeys(buffers.lights.names[index] for index in varying['lights']):
+        """Name the lamps that are left out, since their shaders are no constants."""
+        for name in dict.fromkeys(buffers.lights.names[index] for index in scene.varying_lights()):
             self.log.warning(f'Light "{name}": light that varies is not supported yet: left out')
 
     def build_bvh(self, module: ModuleType, scene: Any, threads: int) -> None:

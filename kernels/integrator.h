@@ -84,17 +84,22 @@ FN void path_begin(uint random, OUT(PathState) path) {
   path.vertex = 0u;
 }
 
-// The point of a surface that a path's ray met after t metres, as shaders see it.
-FN ShaderPoint path_point(IN(SceneData) scene, IN(PathState) path, IN(Surface) s, vec3 wo, float t) {
-  ShaderPoint at = shader_point(s, wo, t);
-  const float spread = scene.camera_spread * select(scene.camera_orthographic != 0u, 1.0f, t);
-  at.footprint = path.footprint + spread;
+// What shaders may ask of the path itself.
+FN void path_counts(IN(PathState) path, INOUT(ShaderPoint) at) {
   at.ray_kind = path.ray_kind;
   at.bounce = path.bounce;
   at.diffuse_bounces = path.diffuse_bounces;
   at.glossy_bounces = path.glossy_bounces;
   at.transparent_bounces = path.transparent_bounces;
   at.transmission_bounces = path.transmission_bounces;
+}
+
+// The point of a surface that a path's ray met after t metres, as shaders see it.
+FN ShaderPoint path_point(IN(SceneData) scene, IN(PathState) path, IN(Surface) s, vec3 wo, float t) {
+  ShaderPoint at = shader_point(s, wo, t);
+  const float spread = scene.camera_spread * select(scene.camera_orthographic != 0u, 1.0f, t);
+  at.footprint = path.footprint + spread;
+  path_counts(path, at);
   return at;
 }
 
@@ -132,10 +137,16 @@ FN vec3 path_meet_light(IN(SceneData) scene, uint index, IN(PathState) path, vec
 }
 
 // The background, for a ray that met no surface.
-FN vec3 path_escape(IN(SceneData) scene, IN(PathState) path) {
+FN vec3 path_escape(IN(SceneData) scene, IN(PathState) path, vec3 direction) {
+  if ((scene.world_visibility & path.ray_kind) == 0u) return vec3(0.0f);
   float pdf;
   const vec3 throughput = found_throughput(scene, path, scene.world_visibility, pdf);
-  return (scene.world_visibility & path.ray_kind) != 0u ? throughput * scene.world : vec3(0.0f);
+  if (!FEATURE(FEATURE_PROGRAMS) || !PROGRAM_GROUP(GROUP_PROGRAM) || scene.world_program.end == 0u) {
+    return throughput * scene.world;
+  }
+  ShaderPoint at = background_point(direction);
+  path_counts(path, at);
+  return throughput * light_numbers(program_value(scene, at, scene.world_program, scene.world_constants));
 }
 
 // Light that the surface itself emits toward the ray's origin; `material` is the scene's record.
@@ -387,6 +398,8 @@ FN bool path_advance(IN(SceneData) scene, IN(IntegratorData) integrator, INOUT(P
     path.ray_kind = VISIBLE_GLOSSY;
   }
   if ((b.lobe & BSDF_SHARP) != 0u) path.ray_kind |= RAY_MEETS_LAMPS;
+  if ((b.lobe & BSDF_SINGULAR) != 0u) path.ray_kind |= RAY_SINGULAR;
+  if (!through) path.ray_kind |= RAY_REFLECTED;
   // Russian roulette: survive in proportion to what the path still carries, as it will look (square root).
   if (path.bounce >= integrator.roulette_start) {
     const float survival = min(sqrt(max_component(path.throughput)), 1.0f);

@@ -395,13 +395,14 @@ struct SceneData {
   uint lobes;  // 1: closures are lobes; 0: the constants of the nearest Principled, as the classic integrators know them
   float camera_spread;  // metres that a ray of a pixel is wide, a metre on; orthographic: anywhere
   uint texture_count;
-  uint unused;
+  ProgramPart world_program;  // of a world that varies; end 0: `world` is all of it
+  uint world_constants;
 };
 
 #ifdef __cplusplus
 static_assert(sizeof(Light) == 112 && sizeof(Material) == 64 && sizeof(Mesh) == 56 && sizeof(Instance) == 112 &&
               sizeof(Emitter) == 88 && sizeof(LightShape) == 32 && sizeof(MaterialModel) == 160 &&
-              sizeof(ClassicMaterial) == 64 && sizeof(SceneData) == 328);
+              sizeof(ClassicMaterial) == 64 && sizeof(SceneData) == 344);
 static_assert(sizeof(Texture) == 32 && sizeof(MeshTextures) == 128 && sizeof(ObjectSpace) == 64 &&
               sizeof(InstanceInfo) == 32);
 }  // namespace cotorra

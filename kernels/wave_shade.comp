@@ -16,9 +16,9 @@ void meet_lights(uint lane, PathState path, CameraRay ray, float t) {
   }
 }
 
-void escape(uint lane, PathState path) {
+void escape(uint lane, PathState path, vec3 direction) {
   if (FEATURE(FEATURE_WORLD)) {
-    const vec3 world = path_escape(WAVE.scene, path);
+    const vec3 world = path_escape(WAVE.scene, path, direction);
     if (FEATURE(FEATURE_DATA_PASSES) && path.bounce == 0u) WAVE.records.v[lane].environment += world;
     if (path.bounce > 0u || !flag(WAVE_TRANSPARENT)) add_light(lane, world, WAVE.scene.world_group);
   }
@@ -76,7 +76,7 @@ bool shade(uint lane) {
     meet_lights(lane, path, ray, missed ? INFINITE_DISTANCE : hit.t);
   }
   if (missed) {
-    escape(lane, path);
+    escape(lane, path, ray.direction);
     return false;
   }
   Surface s;

@@ -127,7 +127,7 @@ class Renderer {
         meet_lights(path, slot, origin, direction, missed ? INFINITE_DISTANCE : p.ray.tfar[k]);
       }
       if (missed) {
-        escape(path, slot, bounce);
+        escape(path, slot, bounce, direction);
         continue;
       }
       const Hit hit = packet_hit(job_, p, k);
@@ -236,9 +236,9 @@ class Renderer {
     }
   }
 
-  void escape(const PathState &path, uint slot, uint bounce) {
+  void escape(const PathState &path, uint slot, uint bounce, vec3 direction) {
     if (FEATURE(FEATURE_WORLD)) {
-      const vec3 world = path_escape(scene_, path);
+      const vec3 world = path_escape(scene_, path, direction);
       if (FEATURE(FEATURE_DATA_PASSES) && bounce == 0 && job_.passes.environment) {
         b_.staged.environment[b_.pixel[slot]] += world;
       }

@@ -275,14 +275,10 @@ nb::dict material_constants(const SceneHandle &handle, std::size_t material) {
   return d;
 }
 
-nb::dict varying(const SceneHandle &handle) {
-  const Scene &scene = *handle.scene;
-  nb::dict d;
-  d["world"] = scene.varying_world();
+nb::list varying_lights(const SceneHandle &handle) {
   nb::list lights;
-  for (const std::size_t light : scene.varying_lights()) lights.append(light);
-  d["lights"] = lights;
-  return d;
+  for (const std::size_t light : handle.scene->varying_lights()) lights.append(light);
+  return lights;
 }
 
 nb::dict session_stats(const Session &session) {
@@ -422,8 +418,8 @@ NB_MODULE(cotorra_native, m) {
       .def("constants", &material_constants, "material"_a,
            "What a material is made of, as a dict by the names of Principled's inputs; what varies has no entry.\n"
            "Raises IndexError.")
-      .def("varying", &varying,
-           "What varies and is rendered black, since it may not vary yet: {'world': bool, 'lights': [index]}.")
+      .def("varying_lights", &varying_lights,
+           "Indices of lamps whose shader is no constant: they are left out, since light may not vary yet.")
       .def(
           "explain", [](const SceneHandle &handle, std::size_t shader) { return handle.scene->explain(shader); },
           "shader"_a, "The programs that a shader of the SceneBuffers became, as text. Raises IndexError.");

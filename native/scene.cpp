@@ -120,7 +120,14 @@ Scene::Scene(SceneInput input) {
   prepare_mesh_textures(input);
   prepare_meshes(input);
 
-  data_.world = input.world * emission_of(input.world_shader, varying_world_);
+  bool world_varies = false;
+  data_.world = input.world * emission_of(input.world_shader, world_varies);
+  if (world_varies) {
+    const CompiledShader &shader = compiled_[static_cast<std::size_t>(input.world_shader)];
+    data_.world_program = shader.program.emission;
+    data_.world_constants = shader.program.constants;
+    features_ |= FEATURE_PROGRAMS;
+  }
   data_.world_visibility = input.world_visibility;
   data_.world_group = input.world_group;
   data_.lights = {lights_.data()};
@@ -416,7 +423,8 @@ void Scene::prepare_features() {
     const int shader = material_shaders_.empty() ? -1 : material_shaders_[k];
     lobes |= shader >= 0 && compiled_[static_cast<std::size_t>(shader)].asks_lobes;
   }
-  const bool world = max(max(data_.world.x, data_.world.y), data_.world.z) > 0.0f;
+  const bool world =
+      max(max(data_.world.x, data_.world.y), data_.world.z) > 0.0f || data_.world_program.end != 0;
   if (soft) features_ |= FEATURE_SOFT_LIGHTS;
   if (!light_shapes_.empty()) features_ |= FEATURE_LIGHT_SHAPES;
   if (models) features_ |= FEATURE_MODELS;

@@ -169,9 +169,8 @@ class Scene {
   const std::string &explain(std::size_t index) const { return compiled_.at(index).text; }
   // What a material is made of, where that is constant. Throws std::out_of_range.
   const CompiledShader &compiled(std::size_t material) const;
-  // Lamps and worlds whose emission varies, which cannot be rendered yet: they are black.
+  // Lamps whose emission varies, which cannot be rendered yet: they are black.
   std::span<const std::size_t> varying_lights() const { return varying_lights_; }
-  bool varying_world() const { return varying_world_; }
   static std::span<const float> albedo();
 
   // Instance that an Embree hit belongs to is first_instances()[top-level geometry] + its place in an instance array.
@@ -229,7 +228,6 @@ class Scene {
   ProgramNeeds surface_needs_, emission_needs_, transparency_needs_;
   std::vector<int> material_shaders_;               // by material, -1: the default grey
   std::vector<std::size_t> varying_lights_;         // as the exporter counts them
-  bool varying_world_ = false;
   bool asks_spaces_ = false, asks_meshes_ = false;
   std::vector<uint> material_slots_;
   std::vector<Light> lights_;

@@ -171,7 +171,7 @@ STAGES = [
     ),
     Case(
         'path_finds',
-        'light = path_meet_light(scene, lamp, path, p, d, t_max, group); sky = path_escape(scene, path);'
+        'light = path_meet_light(scene, lamp, path, p, d, t_max, group); sky = path_escape(scene, path, d);'
         'front = select(emits_from(material.flags, s.side), 1u, 0u);'
         'glow = path_emission(scene, path, s, material, d, t_max);'
         'through = found_throughput(scene, path, mask, found_pdf);',

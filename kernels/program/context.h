@@ -20,11 +20,14 @@ FN float mode_share(uint bits) {
 
 // ---- Cameras. Cycles' camera looks along +z.
 
-FN vec3 camera_space(IN(SceneData) scene, vec3 p) { return object_space_point(scene.camera_space, p); }
+FN vec3 camera_space(IN(SceneData) scene, IN(ShaderPoint) at) {
+  if (at.instance == INVALID_ID) return object_space_vector(scene.camera_space, at.p);
+  return object_space_point(scene.camera_space, at.p);
+}
 
 // Coordinates of the picture, 0 to 1.
-FN vec3 window_coordinates(IN(SceneData) scene, vec3 p) {
-  const vec3 c = camera_space(scene, p);
+FN vec3 window_coordinates(IN(SceneData) scene, IN(ShaderPoint) at) {
+  const vec3 c = camera_space(scene, at);
   const float depth = select(scene.camera_orthographic != 0u, 1.0f, c.z);
   const float inverse = select(abs(depth) > 1e-30f, 1.0f / depth, 0.0f);
   return vec3((c.x * inverse - scene.camera_window.x) * scene.camera_window.z,
@@ -70,7 +73,8 @@ FN vec3 object_transform(IN(SceneData) scene, IN(ShaderPoint) at, uint mode, vec
   const uint kind = mode & 3u;
   const uint from = (mode >> 2) & 3u;
   const uint to = (mode >> 4) & 3u;
-  if (from == to) return v;
+  const bool no_object = at.instance == INVALID_ID && (from == SPACE_OBJECT || to == SPACE_OBJECT);
+  if (from == to || no_object) return v;
   const vec3 r = from_world_space(scene, at, kind, to, to_world_space(scene, at, kind, from, v));
   float len;
   return kind == TRANSFORM_NORMAL ? safe_normalize(r, len) : r;
@@ -124,6 +128,7 @@ const uint NORMAL_MAP_DIRECTX = 8u;  // of the mode: green points down
 
 // 1 within `size` metres of an edge of the triangle, half of it on either side; of pixels where `mode` says so.
 FN float wireframe(IN(SceneData) scene, IN(ShaderPoint) at, uint mode, float size) {
+  if (at.instance == INVALID_ID) return 0.0f;
   const Instance instance = LOAD(scene.instances, at.instance);
   Mesh mesh = LOAD(scene.meshes, instance.mesh);
   const uvec3 id = LOAD(mesh.triangles, at.triangle);
@@ -156,6 +161,7 @@ FN Material point_material(IN(SceneData) scene, IN(ShaderPoint) at) {
 }
 
 FN vec3 object_info(IN(SceneData) scene, IN(ShaderPoint) at, uint op, uint mode) {
+  if (at.instance == INVALID_ID) return vec3(0.0f);
   const Instance instance = LOAD(scene.instances, at.instance);
   if (op == OP_OBJECT_INFO_F && mode == 1u) return vec3(float(instance.pass_index));
   if (op == OP_OBJECT_INFO_F && mode == 2u) return vec3(float(point_material(scene, at).pass_index));
@@ -173,9 +179,10 @@ FN vec3 program_coordinates(IN(SceneData) scene, IN(ShaderPoint) here, uint op, 
   if (op == OP_POSITION) return at.p;
   if (op == OP_PARAMETRIC) return vec3(at.u, at.v, 0.0f);
   if (op == OP_GENERATED) return point_generated(scene, at);
+  if (op == OP_OBJECT_POSITION && at.instance == INVALID_ID) return at.p;
   if (op == OP_OBJECT_POSITION) return object_space_point(LOAD(scene.object_spaces, at.instance), at.p);
-  if (op == OP_CAMERA_POSITION) return camera_space(scene, at.p);
-  if (op == OP_WINDOW) return window_coordinates(scene, at.p);
+  if (op == OP_CAMERA_POSITION) return camera_space(scene, at);
+  if (op == OP_WINDOW) return window_coordinates(scene, at);
   uint components;
   const vec4 a = point_attribute(scene, uint(int(argument)), at, components);
   if (op == OP_ATTRIBUTE_ALPHA) return vec3(a.w);
@@ -204,8 +211,8 @@ FN vec3 program_point(IN(SceneData) scene, IN(ShaderPoint) at, uint op, uint mod
   if (op == OP_BACKFACING) return vec3(at.side < 0.0f ? 1.0f : 0.0f);
   if (op == OP_OBJECT_INFO_V || op == OP_OBJECT_INFO_F) return object_info(scene, at, op, mode);
   if (op == OP_LIGHT_PATH) return vec3(light_path(at, mode));
-  if (op == OP_CAMERA_Z) return vec3(camera_space(scene, at.p).z);
-  if (op == OP_CAMERA_DISTANCE) return vec3(length(camera_space(scene, at.p)));
+  if (op == OP_CAMERA_Z) return vec3(camera_space(scene, at).z);
+  if (op == OP_CAMERA_DISTANCE) return vec3(length(camera_space(scene, at)));
   if (op == OP_WIREFRAME) return vec3(wireframe(scene, at, mode, a.v[0]));
   if (op == OP_OBJECT_TRANSFORM) return object_transform(scene, at, mode, argument3(a, 0));
   if (op == OP_BEVEL) return argument3(a, 1);
@@ -238,6 +245,7 @@ FN vec3 layers_above(IN(SceneData) scene, IN(ShaderPoint) at, IN(ProgramArgument
 // The value of a context op; a number stands in x.
 FN vec3 program_context(IN(SceneData) scene, IN(ShaderPoint) at, uint op, uint mode, IN(ProgramArguments) a) {
   const uint group = program_group(op);
+  if (group == GROUP_NORMAL && at.instance == INVALID_ID) return at.n;
   if (PROGRAM_GROUP(GROUP_COORDINATES) && group == GROUP_COORDINATES) {
     return program_coordinates(scene, at, op, mode, a.v[0]);
   }

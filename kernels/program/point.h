@@ -10,7 +10,8 @@
 namespace cotorra {
 #endif
 
-// A point of a surface as a ray meets it, world space; normals on the side that the ray came from.
+// A point of a surface as a ray meets it, world space; normals on the side that the ray came from. Of the background:
+// the direction that the ray goes, of no instance.
 struct ShaderPoint {
   vec3 p;
   float u;          // barycentric, as in Hit
@@ -55,6 +56,30 @@ FN ShaderPoint shader_point(IN(Surface) s, vec3 wo, float t) {
   return at;
 }
 
+// What a ray meets of the background along `direction`.
+FN ShaderPoint background_point(vec3 direction) {
+  ShaderPoint at;
+  at.p = direction;
+  at.u = 0.0f;
+  at.ng = -direction;
+  at.v = 0.0f;
+  at.n = -direction;
+  at.side = 1.0f;
+  at.wo = -direction;
+  at.t = INFINITE_DISTANCE;
+  at.instance = INVALID_ID;
+  at.triangle = 0u;
+  at.footprint = 0.0f;
+  at.ray_kind = VISIBLE_CAMERA;
+  at.bounce = 0u;
+  at.diffuse_bounces = 0u;
+  at.glossy_bounces = 0u;
+  at.transmission_bounces = 0u;
+  at.transparent_bounces = 0u;
+  at.unused = 0u;
+  return at;
+}
+
 // ---- One pixel aside, for bump mapping
 
 const uint SHIFT_NONE = 0u;
@@ -76,7 +101,7 @@ FN vec3 triangle_corner(IN(SceneData) scene, IN(Instance) instance, uint vertex)
 
 // The point `share` of a footprint aside, on the plane of the triangle.
 FN void point_shift(IN(SceneData) scene, uint shift, float share, INOUT(ShaderPoint) at) {
-  if (shift == SHIFT_NONE) return;
+  if (shift == SHIFT_NONE || at.instance == INVALID_ID) return;
   vec3 dx;
   vec3 dy;
   point_differentials(at, dx, dy);
@@ -103,6 +128,7 @@ FN vec2 mesh_uv(IN(Mesh) mesh, IN(MeshTextures) layers, uint layer, uvec3 c, flo
 }
 
 FN vec3 point_generated(IN(SceneData) scene, IN(ShaderPoint) at) {
+  if (at.instance == INVALID_ID) return at.p;
   const uint mesh_id = LOAD(scene.instances, at.instance).mesh;
   Mesh mesh = LOAD(scene.meshes, mesh_id);
   if ((mesh.flags & MESH_HAS_GENERATED) == 0u) return vec3(0.0f);
@@ -124,6 +150,8 @@ FN vec3 object_space_vector(IN(ObjectSpace) o, vec3 p) {
 // Layer `layer` of UV maps and attributes, counted together; w is the attribute's alpha. `components` tells how many
 // numbers are its own.
 FN vec4 point_attribute(IN(SceneData) scene, uint layer, IN(ShaderPoint) at, OUT(uint) components) {
+  components = 3u;
+  if (at.instance == INVALID_ID) return vec4(0.0f, 0.0f, 0.0f, 0.0f);
   const uint mesh_id = LOAD(scene.instances, at.instance).mesh;
   Mesh mesh = LOAD(scene.meshes, mesh_id);
   MeshTextures more = LOAD(scene.mesh_textures, mesh_id);
