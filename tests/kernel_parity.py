@@ -104,7 +104,7 @@ class Scene:
 
 # ---- Source text
 
-_INCLUDES = ''.join(f'#include "{header.name}"\n' for header in kernels.HEADERS)
+_INCLUDES = ''.join(f'#include "{header.relative_to(kernels.KERNELS)}"\n' for header in kernels.HEADERS)
 
 
 def _struct(name: str, fields: Sequence[tuple[str, str]]) -> str:

@@ -20,7 +20,7 @@ from native_build import BUILD, ROOT, included
 
 KERNELS = ROOT / 'kernels'
 # Every header is both languages', except the one that is C++'s side of the bargain.
-HEADERS = sorted(path for path in KERNELS.glob('*.h') if path.name != 'language_cpp.h')
+HEADERS = sorted(path for path in KERNELS.rglob('*.h') if path.name != 'language_cpp.h')
 
 PRELUDE = """#version 460
 #extension GL_GOOGLE_include_directive : require
@@ -58,9 +58,14 @@ def functions(path: Path) -> list[str]:
 def structs_of(path: Path) -> dict[str, list[tuple[str, str, int]]]:
     """Every record that a header declares: its fields as (type, name, number of elements), in order."""
     return {
-        name: [(kind, field, int(count or 1)) for kind, field, count in _FIELD.findall(body)]
+        name: [(kind, field, _count(count)) for kind, field, count in _FIELD.findall(body)]
         for name, body in _STRUCT.findall(text(path))
     }
+
+
+def _count(text: str) -> int:
+    """Elements of an array, by number or by the name of a constant."""
+    return constants()[text] if text and not text.isdecimal() else int(text or 1)
 
 
 @cache

@@ -19,9 +19,13 @@ from native_build import BUILD, build
 STEM = pytest.mark.parametrize('header', kernels.HEADERS, ids=lambda path: path.stem)
 
 
+def include(header: Path) -> str:
+    return f'#include "{header.relative_to(kernels.KERNELS)}"\n'
+
+
 @STEM
 def test_header_compiles_as_glsl(header: Path) -> None:
-    kernels.compile_glsl(f'header_{header.stem}', f'#include "{header.name}"\nvoid main() {{}}\n')
+    kernels.compile_glsl(f'header_{header.stem}', f'{include(header)}void main() {{}}\n')
 
 
 def cpp_source(header: Path, purpose: str, code: str = '') -> Path:
@@ -29,7 +33,7 @@ def cpp_source(header: Path, purpose: str, code: str = '') -> Path:
     source = BUILD / f'{purpose}_{header.stem}.cpp'
     source.parent.mkdir(parents=True, exist_ok=True)
     features = 'namespace cotorra { constexpr std::uint32_t KERNEL_FEATURES = 0xffffffffu; }'
-    source.write_text(f'#include <cstddef>\n#include <cstdint>\n{features}\n#include "{header.name}"\n{code}')
+    source.write_text(f'#include <cstddef>\n#include <cstdint>\n{features}\n{include(header)}{code}')
     return source
 
 
@@ -41,7 +45,7 @@ def test_header_compiles_alone_as_cpp(header: Path) -> None:
 def spirv_layout(header: Path, name: str) -> dict[str, int]:
     """Offsets by field of a record in a scalar-layout buffer, and its size under '', from what glslang makes."""
     # In a runtime array the record's size stands in SPIR-V too, as the array's stride.
-    body = f'#include "{header.name}"\nlayout(set = 0, binding = 0, scalar) buffer Probe {{ {name} probe[]; }};\n'
+    body = f'{include(header)}layout(set = 0, binding = 0, scalar) buffer Probe {{ {name} probe[]; }};\n'
     body += f'void main() {{ {name} copy = probe[0]; probe[1] = copy; }}\n'
     listing = kernels.run_tool('spirv-dis', '--raw-id', str(kernels.compile_glsl(f'layout_{name}', body)))
     (variable,) = re.findall(r'OpMemberName (%\d+) 0 "probe"', listing)
