@@ -73,8 +73,9 @@ struct ShaderArrays {
   std::vector<int> arguments;
 
   ShaderArrays(vec3 color, float metal, float rough, vec3 emitted) {
-    constants = {vec3(1.0f), vec3(0.0f), color,   vec3(metal),
-                 vec3(rough), vec3(1.5f), vec3(0.5f), emitted, vec3(rough == 0.0f ? 0.8f : 0.0f)};
+    constants = {vec3(1.0f),  vec3(0.0f),  color,
+                 vec3(metal), vec3(rough), vec3(1.5f),
+                 vec3(0.5f),  emitted,     vec3(rough == 0.0f ? 0.8f : 0.0f)};
     arguments.assign(PRINCIPLED_ARGUMENTS, ~1);
     for (const uint one : {PRINCIPLED_SPECULAR_TINT, PRINCIPLED_ALPHA}) arguments[one] = ~0;
     for (const uint normal : {PRINCIPLED_NORMAL, PRINCIPLED_COAT_NORMAL}) arguments[normal] = 0;
