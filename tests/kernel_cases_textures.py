@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The table of kernel functions that CPU and Vulkan must agree on, continued: images, and points as shaders see them."""
+"""The table of kernel functions that CPU and Vulkan must agree on, continued: images, and points of shaders."""
 
 from __future__ import annotations
 
