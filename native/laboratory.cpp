@@ -165,7 +165,8 @@ void register_laboratory(nb::module_ &module) {
              "f cos of materials as the kernels compute it: (diffuse (N, 3), specular (N, 3), pdf (N,)), float32.\n"
              "`materials` has M entries in arrays named as Principled's inputs (base_color, metallic, roughness, ior,\n"
              "specular_level, specular_tint, multi_ggx), and a MaterialModels or None as `models`; n, wo and wi are\n"
-             "float32 arrays (rows, 3) of unit vectors: the normal, toward the viewer and toward the light. N is the most of their\n"
+             "float32 arrays (rows, 3) of unit vectors: the normal, toward the viewer and toward the light. N is the "
+             "most of their\n"
              "rows; shorter ones are repeated. pdf is that of sample_model. Raises ValueError as Scene does.");
   module.def(
       "sample_model", &sample_model, "materials"_a, "n"_a, "wo"_a, "u"_a,

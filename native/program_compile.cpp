@@ -39,9 +39,8 @@ constexpr ClosureInfo kClosures[] = {
 
 std::vector<OpInfo> make_ops() {
   std::vector<OpInfo> ops;
-#define PROGRAM_OP(CONSTANT, NAME, NUMBER, KIND, RESULT, ARGUMENTS)                                    \
-  ops.push_back({#NAME, NUMBER, OpKind::KIND != OpKind::CONTEXT, OpKind::KIND == OpKind::TABLE, *#RESULT, \
-                 #ARGUMENTS});
+#define PROGRAM_OP(CONSTANT, NAME, NUMBER, KIND, RESULT, ARGUMENTS) \
+  ops.push_back({#NAME, NUMBER, OpKind::KIND != OpKind::CONTEXT, OpKind::KIND == OpKind::TABLE, *#RESULT, #ARGUMENTS});
 #include "../kernels/program/ops.inc"
 #undef PROGRAM_OP
   return ops;
@@ -248,8 +247,7 @@ class Compiler {
   // ---- A surface of constants
 
   bool all_constant(const Closure &c, std::initializer_list<uint> arguments) const {
-    return std::all_of(arguments.begin(), arguments.end(),
-                       [&](uint k) { return graph_.is_constant(c.arguments[k]); });
+    return std::all_of(arguments.begin(), arguments.end(), [&](uint k) { return graph_.is_constant(c.arguments[k]); });
   }
   bool is_smooth_normal(Value v) const { return !graph_.is_constant(v) && graph_[v].op->number == OP_NORMAL; }
   float number(const Closure &c, uint k) const { return graph_[c.arguments[k]].constant.x; }
@@ -257,9 +255,9 @@ class Compiler {
 
   // Does a Principled closure do without all that Material has no place for?
   bool is_simple(const Closure &c) const {
-    for (const uint k : {PRINCIPLED_DIFFUSE_ROUGHNESS, PRINCIPLED_SUBSURFACE, PRINCIPLED_ANISOTROPIC,
-                         PRINCIPLED_TRANSMISSION, PRINCIPLED_COAT, PRINCIPLED_SHEEN, PRINCIPLED_FILM_THICKNESS,
-                         PRINCIPLED_THIN_WALL}) {
+    for (const uint k :
+         {PRINCIPLED_DIFFUSE_ROUGHNESS, PRINCIPLED_SUBSURFACE, PRINCIPLED_ANISOTROPIC, PRINCIPLED_TRANSMISSION,
+          PRINCIPLED_COAT, PRINCIPLED_SHEEN, PRINCIPLED_FILM_THICKNESS, PRINCIPLED_THIN_WALL}) {
       if (!graph_.is_constant(c.arguments[k]) || number(c, k) > 0.0f) return false;
     }
     return true;

@@ -213,9 +213,8 @@ void Scene::prepare_infos(const SceneInput &input, std::span<const uint> order) 
     for (const uint i : order) textures_.instance_attributes.push_back(in.instance_attributes[layer * n + i]);
   }
   data_.instance_attributes = {textures_.instance_attributes.data()};
-  const bool asked = std::any_of(compiled_.begin(), compiled_.end(), [](const CompiledShader &c) {
-    return uses(c, {OP_OBJECT_INFO_V, OP_OBJECT_INFO_F});
-  });
+  const bool asked = std::any_of(compiled_.begin(), compiled_.end(),
+                                 [](const CompiledShader &c) { return uses(c, {OP_OBJECT_INFO_V, OP_OBJECT_INFO_F}); });
   if (!asked) return;
   const bool given = !in.info_color.empty();
   if (given) {
@@ -257,12 +256,12 @@ static void fill_attributes(const SceneInput &in, std::size_t k, const std::stri
     std::size_t least = a.domain == ATTRIBUTE_FACE ? source.triangles.size() : source.positions.size();
     if (a.domain == ATTRIBUTE_CORNER) {
       least = 1;
-      for (const uvec3 &c : source.corners) least = std::max({least, c.x + std::size_t{1}, c.y + std::size_t{1},
-                                                              c.z + std::size_t{1}});
+      for (const uvec3 &c : source.corners)
+        least = std::max({least, c.x + std::size_t{1}, c.y + std::size_t{1}, c.z + std::size_t{1}});
     }
     if (a.values.size() < least || (a.domain == ATTRIBUTE_CORNER && source.corners.empty())) {
-      throw std::invalid_argument(name + "an attribute has " + std::to_string(a.values.size()) +
-                                  " entries, expected " + std::to_string(least));
+      throw std::invalid_argument(name + "an attribute has " + std::to_string(a.values.size()) + " entries, expected " +
+                                  std::to_string(least));
     }
     set(a.layer, a.domain | a.components << ATTRIBUTE_COMPONENTS_SHIFT, textures.attributes[k].size());
     textures.attributes[k].insert(textures.attributes[k].end(), a.values.begin(), a.values.end());
@@ -354,8 +353,8 @@ void Scene::estimate_emission(const MaterialsInput &in) {
   for (std::size_t m = 0; m < materials_.size(); ++m) {
     if (material_programs_[m].emission.first == NO_PROGRAM) continue;
     const double n = std::max(sum[m][3], 1.0);
-    materials_[m].emission = vec3(static_cast<float>(sum[m][0] / n), static_cast<float>(sum[m][1] / n),
-                                  static_cast<float>(sum[m][2] / n));
+    materials_[m].emission =
+        vec3(static_cast<float>(sum[m][0] / n), static_cast<float>(sum[m][1] / n), static_cast<float>(sum[m][2] / n));
     set_emission_flags(materials_[m], in.emission_sampling[m]);
     // It may emit where nobody looked: rays find it there.
     materials_[m].flags |= MATERIAL_EMISSIVE;

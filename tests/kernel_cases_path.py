@@ -172,12 +172,11 @@ STAGES = [
     Case(
         'path_finds',
         'light = path_meet_light(scene, lamp, path, p, d, t_max, group); sky = path_escape(scene, path, d);'
-        'front = select(emits_from(material.flags, s.side), 1u, 0u);'
-        'glow = path_emission(scene, path, s, material, d, t_max);'
+        'glow = path_emission(scene, path, s, material, d, t_max); at = path_point(scene, path, s, d, t_max);'
         'through = found_throughput(scene, path, mask, found_pdf);',
         {'lamp': LAMP, 'path': PATH, 'p': POINT, 'd': DIRECTION, 't_max': ('float', magnitudes(0.1, 100.0))}
         | {'s': SURFACE, 'material': MATERIAL, 'mask': ('uint', integers(64))},
-        {'light': 'vec3', 'group': 'int', 'sky': 'vec3', 'front': 'uint', 'glow': 'vec3', 'through': 'vec3'}
+        {'light': 'vec3', 'group': 'int', 'sky': 'vec3', 'at': 'ShaderPoint', 'glow': 'vec3', 'through': 'vec3'}
         | {'found_pdf': 'float'},
         scene=True,
     ),
@@ -216,13 +215,15 @@ STAGES = [
     Case(
         'bounce_stage',
         FACING + 'BsdfSample b; bsdf_sample(bsdf, o, choice.x, u, b); onward = state;'
-        'advanced = select(path_advance(integrator, onward, s, b, choice.y, start), 1u, 0u); next = state;'
+        'advanced = select(path_advance(scene, integrator, onward, s, b, choice.y, start), 1u, 0u); next = state;'
         'goes_on = select(path_bounce(scene, integrator, next, s, bsdf, lobe, o, u, choice, origin, d), 1u, 0u);'
-        'apart = state; path_note_kind(bsdf, lobe, o, wi, apart);',
+        'apart = state; path_note_kind(bsdf, lobe, o, wi, apart); left = state; path_leave(scene, left, s); through = state;'
+        'passes = select(path_pass(scene, through, s, o, beyond), 1u, 0u);',
         {'integrator': INTEGRATOR, 'state': PATH, 's': SURFACE, 'material': MATERIAL, 'wo': WO, 'u': SQUARE}
         | {'choice': SQUARE, 'wi': DIRECTION},
         {'apart': 'PathState', 'goes_on': 'uint', 'next': 'PathState', 'origin': 'vec3', 'd': 'vec3'}
-        | {'advanced': 'uint', 'onward': 'PathState', 'start': 'vec3'},
+        | {'advanced': 'uint', 'onward': 'PathState', 'start': 'vec3', 'left': 'PathState', 'through': 'PathState'}
+        | {'passes': 'uint', 'beyond': 'vec3'},
         ROUNDING,
         scene=True,
     ),

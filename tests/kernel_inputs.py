@@ -239,7 +239,6 @@ def scene() -> Scene:
     emitters['instance'] = rng.integers(0, INSTANCES, EMITTERS)
     emitters['triangle'] = rng.integers(0, TRIANGLES, EMITTERS)
     emitters['visibility'] = known['VISIBLE_ALL']
-    emitters['sides'] = rng.choice((known['MATERIAL_EMIT_FRONT'], known['MATERIAL_EMIT_BACK']), EMITTERS)
     power = emitters['area'] * (emitters['radiance'] @ np.array((0.2126, 0.7152, 0.0722), np.float32))
     emitters['cdf'] = np.cumsum(power) / power.sum()
 

@@ -73,9 +73,14 @@ def functions(path: Path) -> list[str]:
 def structs_of(path: Path) -> dict[str, list[tuple[str, str, int]]]:
     """Every record that a header declares: its fields as (type, name, number of elements), in order."""
     return {
-        name: [(kind, field, int(count or 1)) for kind, field, count in _FIELD.findall(body)]
+        name: [(kind, field, _count(count)) for kind, field, count in _FIELD.findall(body)]
         for name, body in _STRUCT.findall(text(path))
     }
+
+
+def _count(text: str) -> int:
+    """Elements of an array, by number or by the name of a constant."""
+    return constants()[text] if text and not text.isdecimal() else int(text or 1)
 
 
 @cache

@@ -16,7 +16,8 @@ from cotorra.export.buffers import SceneBuffers
 from cotorra.export.images import image_path, sequence_frame
 
 from scenes import build
-from scenes.textured import constants, show, slot, textured
+from scenes.materials import constants
+from scenes.textured import lookups, show, textured
 
 TYPES = {'uint8': 'uint8', 'uint16': 'uint16', 'float16': 'half', 'float32': 'float'}
 ENDINGS = {'uint8': 'png', 'uint16': 'png', 'float16': 'exr', 'float32': 'exr'}
@@ -201,7 +202,7 @@ def test_packed_rubbish() -> None:
     image.pack(data=b'no image at all', data_len=15)
     image.source = 'FILE'
     buffers, [warning] = shown(image)
-    assert constants(buffers, 'base_color') == [1, 0, 1] and not buffers.images
+    assert constants(buffers, 1)['base_color'] == [1, 0, 1] and not buffers.images
     assert warning.startswith('Material "Material": node "Image Texture": image "Rubbish" cannot be read from')
     assert 'cotorra-' not in warning  # no name of a passing file
 
@@ -293,7 +294,7 @@ def test_broken_file_is_magenta(how: str, tmp_path: Path) -> None:
     else:
         path.write_bytes({'empty': b'', 'text': b'no image', 'cut': whole[: len(whole) // 2]}[how])
     buffers, [warning] = shown(image)
-    assert constants(buffers, 'base_color') == [1, 0, 1] and not buffers.images
+    assert constants(buffers, 1)['base_color'] == [1, 0, 1] and not buffers.images
     assert warning.startswith('Material "Material": node "Image Texture": image "image.png" ') and str(path) in warning
 
 
@@ -305,5 +306,5 @@ def test_damaged_jpeg_is_shown_as_far_as_it_goes(tmp_path: Path) -> None:
     whole = path.read_bytes()
     path.write_bytes(whole[: len(whole) * 3 // 4])
     buffers, [warning] = shown(image)
-    assert slot(buffers)['image'] == 0 and buffers.images[0].pixels.shape == (64, 64, 3)
+    assert lookups(buffers)[0].image == 0 and buffers.images[0].pixels.shape == (64, 64, 3)
     assert warning.startswith('Image "image.jpg" is damaged (')

@@ -70,7 +70,12 @@ def kernel_flags(level: int, generated: Path, sanitizers: tuple[str, ...]) -> li
     """Flags for one build of the kernels. Level 2 traces packets of 4 rays, level 3 of 8 (x86-64-v2 and -v3)."""
     flags = ['-O1', *sanitizers, '-fno-omit-frame-pointer', f'-march=x86-64-v{level}', f'-iquote{generated}']
     flags += [f'-DCOTORRA_KERNEL_LEVEL={level}', f'-DCOTORRA_KERNEL_FEATURES={ALL_FEATURES}u']
-    return [*flags, '-DCOTORRA_KERNEL_NAME=cpu_kernel_test', '-DCOTORRA_KERNEL_ISA="test"']
+    return [
+        *flags,
+        '-DCOTORRA_KERNEL_NAME=cpu_kernel_test',
+        '-DCOTORRA_PROGRAM_NAME=cpu_program_test',
+        '-DCOTORRA_KERNEL_ISA="test"',
+    ]
 
 
 @needs_compiler

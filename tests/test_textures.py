@@ -14,6 +14,7 @@ import pytest
 from cotorra import native
 from cotorra.export import buffers as b
 
+from shaders import Sketch
 from texture_scenes import (
     LUMINANCE,
     Slot,
@@ -258,6 +259,33 @@ def test_textured_emission_lights_the_scene() -> None:
     d2 = ((q - at) ** 2).sum(axis=1) + 0.36
     form = (0.36 / d2**2).sum() * (0.25 / 32) ** 2
     assert direct[4, 4] == pytest.approx(np.array((9.0, 4.0, 1.0)) * 0.8 / np.pi * form, rel=0.02)
+
+
+def test_emission_from_one_side() -> None:
+    """As importers make it; and the light on a floor, by light sampling and by bounces."""
+    sketch = Sketch()
+    front = sketch.op('math', 1.0, sketch.op('backfacing'), 0.0, mode=1)
+    sketch.closure('emission', (4.0, 2.0, 1.0), weight=sketch.op('splat', front))
+    one_sided = replace(materials(), shaders=(sketch.shader(),))
+    above = render(scene((plane(),), one_sided), camera(size=4))['combined'][..., :3]
+    assert above == pytest.approx(np.broadcast_to((4.0, 2.0, 1.0), above.shape), rel=1e-6)
+    under = np.array([[1, 0, 0, 0], [0, -1, 0, 0], [0, 0, -1, -5]], np.float32)
+    below = render(scene((plane(),), one_sided), replace(camera(size=4), transform=under))['combined'][..., :3]
+    assert not below.any()
+
+    down = replace(plane(-0.5, 0.5, z=0.6), triangles=plane().triangles[:, ::-1].copy(), name='lamp')
+    down = replace(down, corners=down.triangles)
+    up = plane(-0.5, 0.5, z=0.6)
+
+    def floor(lamp: b.Mesh, sampled: int) -> float:
+        made = materials(2, emission_sampling=[0, sampled])
+        made = replace(made, shaders=(made.shaders[0], sketch.shader()))
+        view = camera(size=4, height=0.5)
+        settings = {'samples': 4096, 'integrator': 'PATH', 'max_bounces': 1}
+        return float(render(scene((plane(-3, 3), lamp), made), view, **settings)['combined'][..., 0].mean())
+
+    assert floor(down, 1) == pytest.approx(floor(down, 0), rel=0.02) and floor(down, 1) > 0.1
+    assert floor(up, 1) == floor(up, 0) == 0.0
 
 
 def test_no_image_no_feature() -> None:
