@@ -220,7 +220,7 @@ class Renderer {
     const vec3 emitted = path_emission(scene_, path, surface, material, -direction, hit.t);
     add_light(slot, emitted, scene_.instances.v[hit.instance].light_group);
     if (FEATURE(FEATURE_DATA_PASSES) && bounce == 0 && job_.passes.emission) {
-      b_.staged.emission[b_.pixel[slot]] += emitted;
+      b_.staged.emission[b_.pixel[slot]] += film_vector(emitted);
     }
   }
 
@@ -231,7 +231,7 @@ class Renderer {
       if (is_black(seen)) continue;
       add_light(slot, seen, group);
       if (FEATURE(FEATURE_DATA_PASSES) && path.bounce == 0 && job_.passes.emission) {
-        b_.staged.emission[b_.pixel[slot]] += seen;
+        b_.staged.emission[b_.pixel[slot]] += film_vector(seen);
       }
     }
   }
@@ -240,7 +240,7 @@ class Renderer {
     if (FEATURE(FEATURE_WORLD)) {
       const vec3 world = path_escape(scene_, path, direction);
       if (FEATURE(FEATURE_DATA_PASSES) && bounce == 0 && job_.passes.environment) {
-        b_.staged.environment[b_.pixel[slot]] += world;
+        b_.staged.environment[b_.pixel[slot]] += film_vector(world);
       }
       if (bounce > 0 || !job_.transparent) add_light(slot, world, scene_.world_group);
     }
@@ -255,20 +255,20 @@ class Renderer {
       const float distance2 = sqr(b_.u[slot]) + sqr(b_.v[slot]);
       if (distance2 < r.distance2) {
         r.distance2 = distance2;
-        r.depth = camera_depth(job_.camera, s.p);
-        r.position = s.p;
+        r.depth = film_number(camera_depth(job_.camera, s.p));
+        r.position = film_vector(s.p);
         r.object_index = static_cast<float>(scene_.instances.v[s.instance].pass_index);
         r.material_index = static_cast<float>(material.pass_index);
       }
     }
     if (job_.passes.surface) {
       SurfaceRecord &r = b_.staged.surface[pixel];
-      r.normal += s.n;
+      r.normal += film_vector(s.n);
       const vec2 uv = surface_uv(scene_, s);
-      r.uv = r.uv + uv;
+      r.uv = r.uv + vec2(film_number(uv.x), film_number(uv.y));
       const Mesh &mesh = scene_.meshes.v[scene_.instances.v[s.instance].mesh];
       r.uv_coverage += (mesh.flags & MESH_HAS_UV) != 0u ? 1.0f : 0.0f;
-      r.diffuse_color += diffuse;
+      r.diffuse_color += film_vector(diffuse);
     }
   }
 
@@ -408,7 +408,7 @@ class Renderer {
     const vec3 kept = light_kept(arguments_, k);
     if (FEATURE(FEATURE_DATA_PASSES) && bounce == 0 && job_.passes.shadow && b_.shadow.tfar[k] >= 0.0f) {
       b_.staged.shadow[b_.pixel[b_.shadow_slot[k]]].unshadowed +=
-          luminance(b_.shadow_contribution[k] * (vec3(1.0f) - kept));
+          film_number(luminance(b_.shadow_contribution[k] * (vec3(1.0f) - kept)));
     }
     if (b_.shadow.tfar[k] >= 0.0f) b_.shadow_contribution[k] *= kept;
   }
@@ -417,7 +417,7 @@ class Renderer {
     if (lit) add_light(slot, contribution, group);
     if (FEATURE(FEATURE_DATA_PASSES) && bounce == 0 && job_.passes.shadow) {
       ShadowRecord &r = b_.staged.shadow[b_.pixel[slot]];
-      const float l = luminance(contribution);
+      const float l = film_number(luminance(contribution));
       r.unshadowed += l;
       r.lit += lit ? l : 0.0f;
     }
@@ -548,7 +548,7 @@ class Renderer {
         if (((first + s) & 1u) != 0u) odd += radiance;
         if (FEATURE(FEATURE_LIGHT_GROUPS) && finite) {
           const std::size_t n = job_.passes.light_groups;
-          for (std::size_t g = 0; g < n; ++g) b_.staged.groups[pixel * n + g] += b_.groups[slot * n + g];
+          for (std::size_t g = 0; g < n; ++g) b_.staged.groups[pixel * n + g] += film_vector(b_.groups[slot * n + g]);
         }
         if (FEATURE(FEATURE_TERMS) && finite) stage_lamps(job_.passes, slot, pixel, b_);
       }
@@ -626,7 +626,7 @@ bool render(const RenderJob &job, FilmTile &tile, std::uint32_t first, std::uint
 }  // namespace
 
 extern const CpuKernel COTORRA_KERNEL_NAME;
-const CpuKernel COTORRA_KERNEL_NAME = {COTORRA_KERNEL_ISA, COTORRA_KERNEL_LEVEL, KERNEL_FEATURES, make_workspace,
-                                       render};
+const CpuKernel COTORRA_KERNEL_NAME = {COTORRA_KERNEL_ISA, COTORRA_KERNEL_LEVEL, KERNEL_FEATURES,
+                                       sizeof(Batch),      make_workspace,       render};
 
 }  // namespace cotorra

@@ -84,6 +84,7 @@ struct CpuKernel {
   const char *isa;
   std::uint32_t isa_level;  // 2, 3, 4 for x86-64-v2, -v3, -v4
   std::uint32_t features;  // FEATURE_* compiled in
+  std::size_t workspace_bytes;  // at least
   std::unique_ptr<Workspace> (*make_workspace)(const RenderJob &);
   // Takes samples [first, first + count) of each pixel in the tile's to_sample(). Returns false if cancelled; what was
   // finished by then is in the tile, unless the batch could not be kept whole.

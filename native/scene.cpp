@@ -9,6 +9,7 @@
 #include <numeric>
 
 #include "albedo_tables.h"
+#include "memory.h"
 
 namespace cotorra {
 namespace {
@@ -109,6 +110,12 @@ Light light_from_blender(const LightsInput &in, std::size_t i) {
 
 Scene::Scene(SceneInput input) {
   validate(input);
+  const std::uint64_t instances = input.instances.mesh.size();
+  with_memory(instances * (sizeof(Instance) + sizeof(ObjectSpace)) + input.materials.metallic.size() * sizeof(Material),
+              std::to_string(instances) + " instances and the scene's materials", [&] { prepare(input); });
+}
+
+void Scene::prepare(SceneInput &input) {
   light_group_count_ = input.light_group_count;
   prepare_programs(input.programs, input.materials);
   prepare_models(input.materials.models);
@@ -295,7 +302,11 @@ void Scene::prepare_meshes(SceneInput &in) {
     Instance *instance = only[k];
     const bool move = storage.flattened && (instance->flags & INSTANCE_IDENTITY) == 0;
     if (move || !source.positions_padded) {
-      storage.positions.resize(source.positions.size() + 1);  // Embree reads 16 bytes at the last vertex
+      with_memory((source.positions.size() + (move ? source.normals.size() : 0)) * sizeof(vec3),
+                  "mesh '" + storage.name + "'", [&] {
+                    storage.positions.resize(source.positions.size() + 1);  // Embree reads 16 bytes at the last vertex
+                    if (move) storage.normals.resize(source.normals.size());
+                  });
       std::copy(source.positions.begin(), source.positions.end(), storage.positions.begin());
       positions = storage.positions.data();
     }
@@ -306,7 +317,6 @@ void Scene::prepare_meshes(SceneInput &in) {
         storage.positions[i] =
             instance->x_axis * p.x + instance->y_axis * p.y + instance->z_axis * p.z + instance->origin;
       }
-      storage.normals.resize(source.normals.size());
       for (std::size_t i = 0; i < source.normals.size(); ++i) {
         const vec3 n = source.normals[i];
         const vec3 moved = instance->normal_x * n.x + instance->normal_y * n.y + instance->normal_z * n.z;
@@ -373,6 +383,10 @@ void Scene::prepare_emitters() {
       e.visibility = instance.visibility;
       e.group = instance.light_group;
       total += static_cast<double>(e.area) * static_cast<double>(dot(e.radiance, vec3(0.2126f, 0.7152f, 0.0722f)));
+      if (emitters_.size() == emitters_.capacity()) {
+        const std::size_t room = 2 * emitters_.size() + 64;
+        with_memory(room * sizeof(Emitter), "the triangles that emit", [&] { emitters_.reserve(room); });
+      }
       emitters_.push_back(e);
     }
   }

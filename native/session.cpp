@@ -7,6 +7,7 @@
 #include <cmath>
 #include <numbers>
 #include <stdexcept>
+#include <system_error>
 
 #if defined(__x86_64__) || defined(_M_X64)
 #include <xmmintrin.h>
@@ -14,6 +15,7 @@
 
 #include "../kernels/sampling.h"
 #include "integrators.h"
+#include "memory.h"
 
 namespace cotorra {
 namespace {
@@ -204,7 +206,15 @@ void Session::start() {
   end_ = std::chrono::steady_clock::now();
   if (begin_ == std::chrono::steady_clock::time_point{}) begin_ = end_;
   running_ = n;
-  for (int i = 0; i < n; ++i) threads_.emplace_back([this] { work(); });
+  for (int i = 0; i < n; ++i) {
+    try {
+      threads_.emplace_back([this] { work(); });
+    } catch (const std::system_error &error) {  // no memory for another stack, or no more threads allowed
+      running_ -= n - i;
+      if (i == 0) throw std::runtime_error(std::string("no thread could be started to render: ") + error.what());
+      break;
+    }
+  }
 }
 
 void Session::work() {
@@ -214,24 +224,7 @@ void Session::work() {
   RayCounts counts;
   std::exception_ptr error;
   try {
-    const std::unique_ptr<Workspace> workspace = device_->make_workspace(job_);
-    const std::uint64_t at_once = device_->tiles_at_once();
-    const std::uint64_t groups = (film_.tile_count() + at_once - 1) / at_once;
-    const std::uint64_t total = groups * pass_ends_.size();
-    while (!cancel_.load(std::memory_order_relaxed)) {
-      const std::uint64_t work = next_work_.fetch_add(1);
-      if (work >= total) break;
-      const std::uint64_t pass = work / groups;
-      const std::size_t tile = work % groups * at_once;
-      // Another thread may still be at this tile's last pass: its samples come first, whatever the thread count.
-      while (tile_passes_[tile].load(std::memory_order_acquire) < pass && !cancel_.load(std::memory_order_relaxed)) {
-        std::this_thread::yield();
-      }
-      if (tile_passes_[tile].load(std::memory_order_acquire) > pass) continue;  // another device did it
-      const std::uint32_t first = pass > 0 ? pass_ends_[pass - 1] : 0;
-      run_tiles(tile, std::min<std::size_t>(at_once, film_.tile_count() - tile), first, pass_ends_[pass] - first,
-                *workspace, counts);
-    }
+    with_memory(device_->workspace_bytes(), "the work of a thread, at least", [&] { run_passes(counts); });
   } catch (...) {
     error = std::current_exception();
     cancel();
@@ -241,6 +234,28 @@ void Session::work() {
   if (error && !error_) error_ = error;
   if (--running_ == 0) end_ = std::chrono::steady_clock::now();
   changed_.notify_all();
+}
+
+// All work that is left, shared with the other threads.
+void Session::run_passes(RayCounts &counts) {
+  const std::unique_ptr<Workspace> workspace = device_->make_workspace(job_);
+  const std::uint64_t at_once = device_->tiles_at_once();
+  const std::uint64_t groups = (film_.tile_count() + at_once - 1) / at_once;
+  const std::uint64_t total = groups * pass_ends_.size();
+  while (!cancel_.load(std::memory_order_relaxed)) {
+    const std::uint64_t work = next_work_.fetch_add(1);
+    if (work >= total) break;
+    const std::uint64_t pass = work / groups;
+    const std::size_t tile = work % groups * at_once;
+    // Another thread may still be at this tile's last pass: its samples come first, whatever the thread count.
+    while (tile_passes_[tile].load(std::memory_order_acquire) < pass && !cancel_.load(std::memory_order_relaxed)) {
+      std::this_thread::yield();
+    }
+    if (tile_passes_[tile].load(std::memory_order_acquire) > pass) continue;  // another device did it
+    const std::uint32_t first = pass > 0 ? pass_ends_[pass - 1] : 0;
+    run_tiles(tile, std::min<std::size_t>(at_once, film_.tile_count() - tile), first, pass_ends_[pass] - first,
+              *workspace, counts);
+  }
 }
 
 void Session::run_tiles(std::size_t first_tile, std::size_t tile_count, std::uint32_t first, std::uint32_t count,

@@ -13,25 +13,13 @@ import numpy as np
 import pytest
 from cotorra.export import buffers as b
 
+from devices import on_both
 from texture_scenes import ASIDE, F32, U32, camera, instances, lights, materials, plane, render, scene
 
 CAMERA, DIFFUSE, GLOSSY, SHADOW = b.VISIBLE_CAMERA, b.VISIBLE_DIFFUSE, b.VISIBLE_GLOSSY, b.VISIBLE_SHADOW
 VIEW = camera(0.1, 16)
 SUN = lights(((0.0, 0.0, -1.0), np.pi))  # a white Lambertian surface that faces it has radiance 1
 UNSEEN = DIFFUSE | GLOSSY  # by the camera, which looks through it; it casts no shadow either
-
-
-@pytest.fixture(params=['CPU', 'VULKAN'])
-def device(request: pytest.FixtureRequest) -> str:
-    if request.param == 'VULKAN':
-        request.getfixturevalue('module')
-    return request.param
-
-
-def on_both(names: str, cases: list[tuple], vulkan: list[tuple]) -> pytest.MarkDecorator:
-    """Parametrises a test with all cases on the CPU, and with a few on Vulkan: it is the same header."""
-    values = [('CPU', *case) for case in cases] + [('VULKAN', *case) for case in vulkan]
-    return pytest.mark.parametrize(f'device, {names}', values, indirect=['device'])
 
 
 def mean(made: b.SceneBuffers, device: str, seen_by: b.Camera = VIEW, **settings: object) -> np.ndarray:
