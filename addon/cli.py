@@ -9,9 +9,7 @@ from __future__ import annotations
 
 import argparse
 import json
-import os
 import re
-import signal
 import sys
 import time
 from collections.abc import Sequence
@@ -19,36 +17,37 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from . import choices, stats, watch
-from .terminal import TerminalWatcher
+from . import choices, outputs, stats, watch
+from .terminal import (
+    INTERRUPTED,
+    WRONG_ARGUMENTS,
+    CommandError,
+    TerminalWatcher,
+    flush_standard_streams,
+    open_standard_streams,
+)
 
 if TYPE_CHECKING:
     import bpy
 
-FAILED, WRONG_ARGUMENTS, INTERRUPTED = 1, 2, 130
 FORMATS = {'.exr': 'OPEN_EXR', '.png': 'PNG'}
-
-
-class CommandError(Exception):
-    """Why nothing, or not all, was rendered; shown after the program's name."""
-
-    def __init__(self, text: str, code: int = FAILED) -> None:
-        super().__init__(text)
-        self.code = code
+IMPORTED = ('.glb', '.gltf', '.usd', '.usda', '.usdc', '.usdz', '.obj', '.stl', '.ply', '.fbx')
+RESOLUTION_MIN = 4  # Blender's
+BLENDER_BYTES = 1300 * 2**20  # of addresses, before a file is opened (measured, 5.2); given less, Blender crashes
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     options = parser().parse_args(arguments)
+    open_standard_streams()
     watcher = TerminalWatcher(sys.stderr)
-    before = signal.signal(signal.SIGINT, watcher.interrupt)
     try:
-        with watch.attached(watcher):
+        with watcher.stopped_by_signals(), watch.attached(watcher):
             render(options, watcher)
     except CommandError as error:
         watcher.note(f'cotorra: {error}')
         return error.code
     finally:
-        signal.signal(signal.SIGINT, before)
+        flush_standard_streams()
     return INTERRUPTED if watcher.stop else 0
 
 
@@ -57,12 +56,14 @@ def parser() -> argparse.ArgumentParser:
     commands = top.add_subparsers(dest='command', required=True, metavar='COMMAND')
     line = commands.add_parser(
         'render',
-        help='render a .blend file or a demo',
-        description='Renders the active scene of a .blend file, or a demo, with Cotorra.',
+        help='render a file or a demo',
+        description='Renders the active scene of a .blend file, a file of another program '
+        f'({", ".join(IMPORTED)}), or a demo, with Cotorra. A camera and lights are added to files of other programs '
+        'that have none.',
         epilog='demos: ' + '; '.join(f'{name}: {text}' for name, text in choices.DEMOS.items()),
     )
     source = line.add_mutually_exclusive_group(required=True)
-    source.add_argument('file', nargs='?', type=Path, metavar='FILE.blend')
+    source.add_argument('file', nargs='?', type=Path, metavar='FILE')
     source.add_argument('--demo', choices=choices.DEMOS, metavar='NAME', help=', '.join(choices.DEMOS))
     line.add_argument(
         '-o',
@@ -77,7 +78,13 @@ def parser() -> argparse.ArgumentParser:
     line.add_argument('--samples', type=whole(1, choices.SAMPLES_MAX), metavar='N', help='rays for each pixel')
     line.add_argument('--seed', type=whole(0, choices.SEED_MAX), metavar='N')
     names = [identifier for identifier, _, _ in choices.INTEGRATORS]
-    line.add_argument('--integrator', type=str.upper, choices=names, metavar='NAME', help=', '.join(names).lower())
+    line.add_argument(
+        '--integrator',
+        type=str.upper,
+        choices=names,
+        metavar='NAME',
+        help=f"{', '.join(names).lower()} (default: the file's; path where it was never set)",
+    )
     models = [identifier for identifier, _, _ in choices.MODELS]
     line.add_argument(
         '--model',
@@ -144,42 +151,93 @@ def size(text: str) -> tuple[int, int]:
     if match is None:
         raise argparse.ArgumentTypeError(f'{text!r} is not a size such as 1920x1080')
     number = whole(1, choices.SIZE_MAX)
-    return number(match[1]), number(match[2])
+    sides = number(match[1]), number(match[2])
+    if max(sides) > choices.SIZE_MAX // reduction(sides):
+        most = choices.SIZE_MAX // RESOLUTION_MIN
+        raise argparse.ArgumentTypeError(f'{text}: beside a side under {RESOLUTION_MIN}, {most} is the most')
+    return sides
+
+
+def reduction(sides: tuple[int, int]) -> int:
+    """Blender's resolutions begin at 4: a smaller picture is rendered as a quarter of one that is not."""
+    return RESOLUTION_MIN if min(sides) < RESOLUTION_MIN else 1
 
 
 def render(options: argparse.Namespace, watcher: TerminalWatcher) -> None:
     """All that `cotorra render` does. Raises CommandError; an interrupt shows in `watcher.stop`."""
     # Look before Blender is loaded, and long before an image is lost.
-    if options.file is not None and not options.file.is_file():
-        raise CommandError(f'{options.file}: there is no such file')
+    if options.file is not None:
+        outputs.require_readable(options.file)
+        if not is_blend(options.file) and options.file.suffix.lower() not in IMPORTED:
+            raise CommandError(f'{options.file}: is none of .blend, {", ".join(IMPORTED)}', WRONG_ARGUMENTS)
     if options.output.suffix.lower() not in FORMATS:
         raise CommandError(f'{options.output}: the name must end in .exr or .png', WRONG_ARGUMENTS)
-    outputs = {}
-    for number in options.frame or [None]:
-        outputs[number] = frame_path(options.output, number, several=len(options.frame or [0]) > 1)
-        require_writable(outputs[number])
-    if options.stats is not None:
-        require_writable(options.stats)
+    several = len(options.frame or [0]) > 1
+    paths = {number: outputs.frame_path(options.output, number, several) for number in options.frame or [None]}
+    require_places(options, list(paths.values()))
 
     scene = open_scene(options)
     apply(options, scene)
-    if None in outputs:
-        outputs = {scene.frame_current: frame_path(options.output, scene.frame_current, several=False)}
-        require_writable(outputs[scene.frame_current])
+    if options.file is not None and not is_blend(options.file):
+        from . import importers
+
+        importers.complete(scene)
+    if None in paths:
+        paths = {scene.frame_current: outputs.frame_path(options.output, scene.frame_current, several=False)}
+        require_places(options, list(paths.values()))
     figures: list[dict[str, Any]] = []
+    failure: CommandError | None = None
     try:
-        for position, (number, path) in enumerate(outputs.items()):
+        for position, (number, path) in enumerate(paths.items()):
             if watcher.stop:
-                raise CommandError('interrupted; ' + f'frame {number} and later ones are not rendered', INTERRUPTED)
-            watcher.label = f'Frame {number} ({position + 1}/{len(outputs)})' if len(outputs) > 1 else ''
+                raise CommandError(f'interrupted; frame {number} and later ones are not rendered', INTERRUPTED)
+            watcher.label = f'Frame {number} ({position + 1}/{len(paths)})' if len(paths) > 1 else ''
             figures.append(render_frame(scene, number, path, watcher))
-    finally:
-        if options.stats is not None:
-            write_stats(options.stats, options, figures)
+    except CommandError as error:
+        failure = error
+    if options.stats is not None:
+        try:
+            write_stats(options, figures, watcher.warnings())
+        except CommandError as error:
+            failure = CommandError(f'{failure}; {error}', failure.code) if failure is not None else error
+    if failure is not None:
+        raise failure
+
+
+def require_places(options: argparse.Namespace, paths: list[Path]) -> None:
+    """Fail where an image or the statistics cannot be written, or would be written over each other or over the file."""
+    files = [options.file] if options.file is not None else []
+    for path in paths:
+        outputs.require_writable(path)
+        outputs.require_apart(path, files, 'the image')
+    if options.stats is not None:
+        outputs.require_writable(options.stats)
+        outputs.require_apart(options.stats, [*paths, *files], 'the statistics')
+
+
+def is_blend(path: Path) -> bool:
+    """Whether it is a .blend file, by its name (backups end in .blend1) or by its first bytes, compressed or not."""
+    if path.suffix.lower().startswith('.blend'):
+        return True
+    with path.open('rb') as file:
+        return file.read(7).startswith((b'BLENDER', b'\x28\xb5\x2f\xfd', b'\x1f\x8b'))
+
+
+def require_address_space() -> None:
+    """Fail where a limit on the process's memory is too low for Blender to start."""
+    try:
+        import resource
+    except ImportError:  # Windows has no such limits
+        return
+    limit, _ = resource.getrlimit(resource.RLIMIT_AS)
+    if limit != resource.RLIM_INFINITY and limit < BLENDER_BYTES:
+        needed = f'Blender needs {BLENDER_BYTES >> 20} MiB to start'
+        raise CommandError(f'memory is limited to {limit >> 20} MiB (ulimit -v), and {needed}')
 
 
 def open_scene(options: argparse.Namespace) -> bpy.types.Scene:
     """Load Blender, register the engine, and open the file or build the demo."""
+    require_address_space()
     try:
         import bpy
     except ImportError as error:
@@ -191,21 +249,42 @@ def open_scene(options: argparse.Namespace) -> bpy.types.Scene:
         from . import demos
 
         return demos.build(options.demo)
+    if not is_blend(options.file):
+        from . import importers
+
+        return importers.load(options.file)
     try:
         bpy.ops.wm.open_mainfile(filepath=str(options.file.resolve()), load_ui=False)
     except RuntimeError as error:
         raise CommandError(f'{options.file}: {blender_words(error)}') from error
     if bpy.app.autoexec_fail:
-        watch.active.message(
-            'WARNING', f'{options.file}: its Python scripts were not run ({bpy.app.autoexec_fail_message})'
-        )
+        watch.message('WARNING', f'{options.file}: its Python scripts were not run ({bpy.app.autoexec_fail_message})')
     return bpy.context.scene
 
 
 def apply(options: argparse.Namespace, scene: bpy.types.Scene) -> None:
-    """Lay the arguments over the scene's own settings."""
-    from . import compat, passes
+    """Lay the arguments over the file's own settings."""
+    import bpy
 
+    # Strips and compositing bring other scenes into the picture: what is said of the render holds for them too.
+    for item in {scene, *bpy.data.scenes}:
+        apply_to_engine(options, item)
+    render = scene.render
+    if options.size is not None:
+        factor = reduction(options.size)
+        render.resolution_x, render.resolution_y = (factor * side for side in options.size)
+        render.resolution_percentage = 100 // factor
+    if render.use_multiview:
+        watch.message('WARNING', f'Scene "{scene.name}": of its stereo views one picture is rendered')
+        render.use_multiview = False
+    if not has_layers(scene) and not shows_sequence(scene) and not shows_other_scenes(scene):
+        # Blender would write a black PNG, and crash where it writes EXR.
+        raise CommandError(f'scene "{scene.name}" has no view layer that is on (Use for Rendering)')
+    apply_format(options, scene)
+
+
+def apply_to_engine(options: argparse.Namespace, scene: bpy.types.Scene) -> None:
+    """What the engine is told of a scene."""
     render = scene.render
     render.engine = choices.ENGINE
     if options.samples is not None:
@@ -226,121 +305,102 @@ def apply(options: argparse.Namespace, scene: bpy.types.Scene) -> None:
     if options.threads is not None:
         render.threads_mode = 'FIXED' if options.threads else 'AUTO'
         render.threads = max(1, options.threads)
-    if options.size is not None:
-        # Blender's resolutions begin at 4: a smaller picture is a quarter of one that is not.
-        factor = 4 if min(options.size) < 4 else 1
-        wanted = (factor * options.size[0], factor * options.size[1])
-        render.resolution_x, render.resolution_y = wanted
-        render.resolution_percentage = 100 // factor
-        if (render.resolution_x, render.resolution_y) != wanted:
-            raise CommandError(f'Blender cannot render a picture of {options.size[0]}×{options.size[1]} pixels')
-    if render.use_multiview:
-        watch.active.message('WARNING', f'Scene "{scene.name}": of its stereo views one picture is rendered')
-        render.use_multiview = False
 
-    file_format = FORMATS[options.output.suffix.lower()]
-    image = render.image_settings
-    if file_format == 'PNG':
+
+def apply_format(options: argparse.Namespace, scene: bpy.types.Scene) -> None:
+    """The kind of image file; layers and passes that do not fit into one picture make a multilayer EXR."""
+    from . import compat, passes
+
+    image = scene.render.image_settings
+    if FORMATS[options.output.suffix.lower()] == 'PNG':
         compat.set_image_format(image, 'PNG')
         image.color_depth = '8'
-        image.color_mode = 'RGBA' if render.film_transparent else 'RGB'
-    else:
-        layers = [layer for layer in scene.view_layers if layer.use]
-        several = len(layers) > 1 or any(len(list(passes.requested(layer))) > 1 for layer in layers)
-        compat.set_image_format(image, 'OPEN_EXR_MULTILAYER' if several else 'OPEN_EXR')
-        image.color_depth = '32'
-        image.exr_codec = 'ZIP'
-        image.color_mode = 'RGBA'
+        image.color_mode = 'RGBA' if scene.render.film_transparent else 'RGB'
+        return
+    layers = [layer for layer in scene.view_layers if layer.use]
+    several = len(layers) > 1 or any(len(list(passes.requested(layer))) > 1 for layer in layers)
+    compat.set_image_format(image, 'OPEN_EXR_MULTILAYER' if several else 'OPEN_EXR')
+    image.color_depth = '32'
+    image.exr_codec = 'ZIP'
+    image.color_mode = 'RGBA'
+
+
+def has_layers(scene: bpy.types.Scene) -> bool:
+    return any(layer.use for layer in scene.view_layers)
+
+
+def shows_other_scenes(scene: bpy.types.Scene) -> bool:
+    """Whether the picture is put together from other scenes' view layers, too."""
+    from . import compat
+
+    tree = compat.compositing_tree(scene) if scene.render.use_compositing else None
+    trees = [tree] if tree is not None else []
+    for tree in trees:  # grows by the groups that are met
+        for node in tree.nodes:
+            if node.type == 'R_LAYERS' and node.scene not in (None, scene) and has_layers(node.scene):
+                return True
+            inner = node.node_tree if node.type == 'GROUP' else None
+            if inner is not None and inner not in trees:
+                trees.append(inner)
+    return False
+
+
+def shows_sequence(scene: bpy.types.Scene) -> bool:
+    """Whether the picture is the sequencer's; sound and what is muted show nothing."""
+    editor = scene.sequence_editor
+    strips = editor.strips if editor is not None and scene.render.use_sequencer else []
+    return any(strip.type != 'SOUND' and not strip.mute for strip in strips)
 
 
 def render_frame(scene: bpy.types.Scene, frame: int, path: Path, watcher: TerminalWatcher) -> dict[str, Any]:
     """Render one frame into its file and give its figures."""
-    import bpy
-
     began = time.perf_counter()
-    stats.clear(scene.name)
+    stats.clear_everything()
     if scene.frame_current != frame:
         scene.frame_set(frame)
-    # Braces in Blender's paths are expressions; doubled ones stand for themselves.
-    scene.render.filepath = str(path.resolve()).replace('{', '{{').replace('}', '}}')
-    old = modified(path)
-    failure = ''
-    try:
-        bpy.ops.render.render(write_still=True, scene=scene.name)
-    except RuntimeError as error:
-        failure = blender_words(error)
-    layers = stats.last(scene.name)
-    if failure:
-        if any(layer.interrupted for layer in layers):
+    with outputs.replacing(path) as new:
+        # Braces in Blender's paths are expressions; doubled ones stand for themselves.
+        scene.render.filepath = str(new).replace('{', '{{').replace('}', '}}')
+        failure = render_in_blender(scene)
+        # Whether it went well is judged by what is there: Blender tells of errors that cost no picture, and of success
+        # without one.
+        layers = stats.everything()
+        if any(layer.error for layer in layers) and any(layer.interrupted for layer in layers):
             raise CommandError(f'interrupted before anything was rendered; {path} is not written', INTERRUPTED)
-        raise CommandError(f'{path} is not written, scene "{scene.name}", frame {frame}: {failure}')
-    if not layers:
-        raise CommandError(f'{path} is not written, scene "{scene.name}" renders none of its view layers')
-    if modified(path) == old:
-        raise CommandError(f'{path}: Blender did not write the image')
-    require_whole(path)
+        if any(layer.error for layer in layers) or (failure and not new.exists()):
+            raise CommandError(f'{path} is not written, scene "{scene.name}", frame {frame}: {failure}')
+        if not new.exists():
+            raise CommandError(f'{path}: Blender did not write the image')
+        width, height = outputs.require_whole(new, path)
+    if failure:
+        watch.message('WARNING', f'Scene "{scene.name}", frame {frame}: {failure}')
     seconds = time.perf_counter() - began
-    last = layers[-1]
-    samples = f'{last.samples_done} of {last.samples}' if last.interrupted else str(last.samples)
-    watcher.note(
-        f'{path}: {last.width}×{last.height}, {samples} samples, {seconds:.2f} s '
-        f'(sync {sum(layer.sync_seconds for layer in layers):.2f}, '
-        f'build {sum(layer.build_seconds for layer in layers):.2f}, '
-        f'render {sum(layer.render_seconds for layer in layers):.2f})'
-    )
+    words = [f'{width}×{height}']
+    if layers:
+        last = layers[-1]
+        words.append(
+            f'{last.samples_done} of {last.samples} samples' if last.interrupted else f'{last.samples} samples'
+        )
+    words.append(f'{seconds:.2f} s')
+    if layers:
+        words[-1] += (
+            f' (sync {sum(layer.sync_seconds for layer in layers):.2f}, '
+            f'build {sum(layer.build_seconds for layer in layers):.2f}, '
+            f'render {sum(layer.render_seconds for layer in layers):.2f})'
+        )
+    watcher.note(f'{path}: {", ".join(words)}')
     return {'frame': frame, 'output': str(path), 'seconds': seconds, 'layers': [asdict(layer) for layer in layers]}
 
 
-def frame_path(pattern: Path, frame: int | None, several: bool) -> Path:
-    """The file of a frame: its number in place of the last run of #, else before the suffix if frames are several."""
-    hashes = re.search(r'#+(?=[^#]*$)', pattern.name)
-    if hashes is None and several:
-        return pattern.with_name(f'{pattern.stem}{frame:04d}{pattern.suffix}')
-    if hashes is None or frame is None:
-        return pattern
-    number = f'{frame:0{len(hashes[0])}d}'
-    return pattern.with_name(pattern.name[: hashes.start()] + number + pattern.name[hashes.end() :])
+def render_in_blender(scene: bpy.types.Scene) -> str:
+    """Render into the scene's file path; the errors that Blender tells of, or ''."""
+    import bpy
 
-
-def require_writable(path: Path) -> None:
-    """Fail now if the file cannot be written later; folders that are missing are made, as Blender does."""
     try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise CommandError(f'{path}: the folder {path.parent} cannot be made: {error.strerror}') from error
-    try:
-        existed = path.exists()
-        with path.open('ab'):
-            pass
-        if not existed:
-            path.unlink()
-    except OSError as error:
-        raise CommandError(f'{path}: cannot be written: {error.strerror}') from error
-
-
-def require_whole(path: Path) -> None:
-    """Fail if the image breaks off: where the disk is full, Blender writes half an image and tells of success."""
-    import OpenImageIO as oiio
-
-    image = oiio.ImageInput.open(str(path))
-    part = 0
-    while image is not None and image.seek_subimage(part, 0):
-        part += 1
-        spec = image.spec()
-        if image.read_scanline(spec.y + spec.height - 1, 0, 'float') is None:
-            part = 0
-            break
-    if part == 0:
-        raise CommandError(f'{path}: the image was not written to its end; is there space left?')
-
-
-def modified(path: Path) -> tuple[int, int] | None:
-    """When the file was written last, and its size; None where there is none."""
-    try:
-        found = os.stat(path)
-    except OSError:
-        return None
-    return found.st_mtime_ns, found.st_size
+        bpy.ops.render.render(write_still=True, scene=scene.name)
+    except RuntimeError as error:
+        return blender_words(error)
+    return ''
 
 
 def blender_words(error: RuntimeError) -> str:
@@ -349,8 +409,8 @@ def blender_words(error: RuntimeError) -> str:
     return '; '.join(dict.fromkeys(line for line in lines if line))
 
 
-def write_stats(path: Path, options: argparse.Namespace, figures: list[dict[str, Any]]) -> None:
-    """The figures of all frames, and their sums."""
+def write_stats(options: argparse.Namespace, figures: list[dict[str, Any]], warnings: list[str]) -> None:
+    """The figures of all frames, and their sums; with what was warned of, also outside the renders."""
     layers = [layer for frame in figures for layer in frame['layers']]
 
     def total(key: str) -> float:
@@ -373,16 +433,16 @@ def write_stats(path: Path, options: argparse.Namespace, figures: list[dict[str,
         'samples': max((layer['samples'] for layer in layers), default=0),
         'features': every('features'),
         'left_out': every('left_out'),
-        'warnings': every('warnings'),
+        'warnings': list(dict.fromkeys([*warnings, *every('warnings')])),
         'memory_peak_bytes': max((layer['memory_peak_bytes'] for layer in layers), default=0),
         'memory_above_bytes': max((layer['memory_above_bytes'] for layer in layers), default=0),
         'interrupted': any(layer['interrupted'] for layer in layers),
         'frames': figures,
     }
-    try:
-        path.write_text(json.dumps(content, indent=2, ensure_ascii=False) + '\n', encoding='utf-8')
-    except OSError as error:
-        raise CommandError(f'{path}: cannot be written: {error.strerror}') from error
+    text = json.dumps(content, indent=2, ensure_ascii=False) + '\n'
+    with outputs.replacing(options.stats) as new:
+        # Bytes of a name that are no UTF-8 become JSON's own \udc80 to \udcff.
+        new.write_text(text, encoding='utf-8', errors='backslashreplace')
 
 
 if __name__ == '__main__':

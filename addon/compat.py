@@ -39,6 +39,13 @@ def node_tree(owner: bpy.types.ID) -> bpy.types.NodeTree | None:
     return owner.node_tree if owner.use_nodes else None
 
 
+def compositing_tree(scene: bpy.types.Scene) -> bpy.types.NodeTree | None:
+    """The compositor's nodes, if they are in use."""
+    if bpy.app.version >= (5, 0, 0):
+        return scene.compositing_node_group
+    return scene.node_tree if scene.use_nodes else None
+
+
 def principled(material: bpy.types.Material) -> bpy.types.ShaderNode:
     """The Principled BSDF of a new material; 4.5 makes its nodes on demand."""
     if bpy.app.version < (5, 0, 0):

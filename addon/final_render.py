@@ -9,7 +9,6 @@ from __future__ import annotations
 import dataclasses
 import threading
 import time
-import traceback
 from collections.abc import Callable
 from types import ModuleType
 from typing import Any
@@ -18,7 +17,7 @@ import bpy
 
 from . import export, lamps, native, passes, settings, stats, watch
 from .export.buffers import Camera, RenderSettings, SceneBuffers
-from .log import Cancelled, Log
+from .log import Cancelled, Log, spelled
 from .reporter import Reporter, position_in_frame
 
 POLL_SECONDS = 0.05
@@ -42,11 +41,12 @@ def render_view_layer(engine: bpy.types.RenderEngine, depsgraph: bpy.types.Depsg
     saves EXR. So the open result is always ended, and a failure becomes an error report, which Blender passes on.
     """
     error = ''
-    with watch.interrupt_as_flag() as interrupt:
+    # In a window the others end Blender, as they end every program.
+    with watch.interrupt_as_flag(['SIGINT'] if in_window() else watch.STOP_SIGNALS) as interrupt:
 
         def should_stop() -> bool:
             watcher = watch.active
-            return interrupt.is_set() or stop_asked(engine) or (watcher is not None and watcher.stop)
+            return bool(interrupt.by) or stop_asked(engine) or (watcher is not None and watcher.stop)
 
         job = RenderJob(engine, depsgraph, Log(message_sink(engine), should_stop))
         try:
@@ -57,21 +57,21 @@ def render_view_layer(engine: bpy.types.RenderEngine, depsgraph: bpy.types.Depsg
             if not stop_asked(engine):  # else Blender stopped it itself, and knows
                 if not job.frame_has_pixels():
                     error = 'Stopped before anything was rendered'
-                elif interrupt.is_set():
-                    error = 'Interrupted by Ctrl-C; the render result holds what was rendered until then'
-        except (RenderError, native.NativeError) as failure:
-            error = str(failure)
+                elif interrupt.by:
+                    error = f'Interrupted by {interrupt.by}; the render result holds what was rendered until then'
+        except (RenderError, native.NativeError, MemoryError) as failure:
+            error = str(failure) or 'out of memory'
         except BaseException as failure:
-            traceback.print_exc()
+            watch.show_traceback()
             error = f'{type(failure).__name__}: {failure}'
         error = '; '.join(job.log.texts('ERROR')) or error
         try:
             job.end(error)
         except BaseException as failure:
-            traceback.print_exc()
+            watch.show_traceback()
             error = error or f'{type(failure).__name__}: {failure}'
     if error:
-        engine.report({'ERROR'}, f'Cotorra: {error}')
+        engine.report({'ERROR'}, spelled(f'Cotorra: {error}'))
 
 
 def stop_asked(engine: bpy.types.RenderEngine) -> bool:
@@ -85,10 +85,8 @@ def message_sink(engine: bpy.types.RenderEngine) -> Callable[[str, str], None]:
     def show(level: str, text: str) -> None:
         if level == 'ERROR':
             return  # it ends the render, and is reported there
-        if watch.active is not None:
-            watch.active.message(level, text)
-        else:
-            engine.report({level}, text)
+        if not watch.message(level, text):
+            engine.report({level}, spelled(text))
 
     return show
 
@@ -108,6 +106,7 @@ class RenderJob:
         self.scene = depsgraph.scene_eval
         self.layer = depsgraph.view_layer_eval
         self.result: bpy.types.RenderResult | None = None
+        self.film: dict[str, float | None] = {}  # see settings.film
         self.start = time.perf_counter()
         self.memory = stats.MemoryMeter()
         self.stats = stats.LayerStats(self.layer.name, self.scene.frame_current)
@@ -147,7 +146,10 @@ class RenderJob:
             raise ValueError(f'the camera renders {camera.region}, but Blender wants {size}')
         buffers = export.export_scene(self.depsgraph, self.scene, self.layer, self.log)
         sources = passes.native_sources(self.result, buffers.light_groups, lamps.pass_numbers(self.layer))
-        render_settings = settings.render_settings(self.scene, self.layer, tuple(dict.fromkeys(sources.values())))
+        render_settings = settings.render_settings(
+            self.scene, self.layer, tuple(dict.fromkeys(sources.values())), self.log
+        )
+        self.film = settings.film(self.scene, self.log)
         self.stats.describe(size, self.scene.cotorra.device, render_settings)
         self.stats.sync_seconds = time.perf_counter() - began
         self.memory.sample()
@@ -165,6 +167,7 @@ class RenderJob:
             self.build_bvh(module, native_scene, render_settings.threads)
         self.stats.build_seconds = time.perf_counter() - began
         self.stats.scene = dict(native_scene.stats())
+        self.reporter.scene_bytes = self.stats.scene['memory_bytes']
         self.memory.sample()
         self.log.checkpoint()
 
@@ -179,7 +182,7 @@ class RenderJob:
                 self.render(session, render_settings, sources)
             except module.DeviceError as error:
                 if session.progress() > 0.0:
-                    passes.write(session, self.result, sources, render_settings.samples, **self.film())
+                    passes.write(session, self.result, sources, render_settings.samples, **self.film)
                 self.fall_back(module, native_scene, render_settings, error, session)
                 session.continue_on_cpu()
                 self.render(session, render_settings, sources)
@@ -219,15 +222,12 @@ class RenderJob:
         self.build_bvh(module, scene, render_settings.threads)
         self.stats.build_seconds += time.perf_counter() - began
         self.stats.scene = dict(scene.stats())
+        self.reporter.scene_bytes = self.stats.scene['memory_bytes']
         self.stats.device = f'{device}, CPU' if done else 'CPU'
         self.reporter.phase('Rendering')
 
-    def film(self) -> dict[str, float]:
-        """What passes.write does with the light of the film."""
-        return {'exposure': passes.film_exposure(self.scene), 'white': passes.reinhard_white(self.scene)}
-
     def render(self, session: Any, render_settings: RenderSettings, sources: dict[str, str]) -> None:
-        film = self.film()
+        film = self.film
         show_pictures = in_window()
         next_picture, pause = time.perf_counter() + FIRST_PICTURE_SECONDS, PICTURE_SECONDS
         session.start()
@@ -235,14 +235,15 @@ class RenderJob:
             if self.log.stopped():
                 session.cancel()
                 continue
-            self.reporter.rendering(session, render_settings.samples)
             now = time.perf_counter()
-            if show_pictures and now >= next_picture:
+            picture_due = show_pictures and now >= next_picture
+            if picture_due:
                 passes.write(session, self.result, sources, render_settings.samples, only='Combined', **film)
                 self.engine.update_result(self.result)
                 cost = time.perf_counter() - now
                 next_picture = now + cost + max(pause, PICTURE_COST * cost)
                 pause = min(pause * PICTURE_GROWTH, PICTURE_SECONDS_MAX)
+            self.reporter.rendering(session, render_settings.samples, redrawn=picture_due)
         passes.write(session, self.result, sources, render_settings.samples, **film)
         self.reporter.rendering(session, render_settings.samples, last=True)
         if session.progress() < 1.0:

@@ -12,6 +12,11 @@ from collections.abc import Callable
 SHOWN_PER_LEVEL = 50
 
 
+def spelled(text: str) -> str:
+    """The text as Blender takes it: names and paths may hold bytes that are no UTF-8, at which it would raise."""
+    return text.encode('utf-8', 'backslashreplace').decode('utf-8').replace('\0', '\\0')
+
+
 class Cancelled(Exception):
     """The user asked to stop. Not an error: what is rendered so far is kept."""
 

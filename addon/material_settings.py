@@ -106,16 +106,20 @@ class CotorraMaterialSettings(bpy.types.PropertyGroup):
     )
 
     # Cook-Torrance
-    distribution: choice('D', 'Distribution: how many microfacets face which way', DISTRIBUTIONS, 'GGX')
-    masking: choice('G', 'Masking: how many microfacets are both seen and lit', MASKINGS, 'SMITH_CORRELATED')
-    fresnel: choice('F', 'Fresnel: how much each microfacet reflects', FRESNELS, 'SCHLICK')
-    f0_mode: choice('F0', 'What F0, the reflection of perpendicular light, is read from', F0_MODES, 'METALLIC')
+    distribution: choice('Distribution', 'D, how many microfacets face which way', DISTRIBUTIONS, 'GGX')
+    masking: choice('Masking', 'G, how many microfacets are both seen and lit', MASKINGS, 'SMITH_CORRELATED')
+    fresnel: choice('Fresnel', 'F, how much each microfacet reflects', FRESNELS, 'SCHLICK')
+    f0_mode: choice('F0 from', 'What F0, the reflection of perpendicular light, is read from', F0_MODES, 'METALLIC')
     split: choice('Split', 'How the light is divided between diffuse and specular', SPLITS, 'ENERGY')
     f0: color('F0 Color', 'Reflection of perpendicular light', (0.04, 0.04, 0.04))
     f82_tint: color('F82 Tint', 'Factor on the reflection at 82°, near the edge', (1.0, 1.0, 1.0))
     # Gold, as presets/cotorra/material/gold.py has it and tells where from.
-    conductor_n: three('n', 'Index of refraction of a metal for red, green and blue', (0.064, 0.496, 1.46), 5.0)
-    conductor_k: three('k', 'Extinction coefficient of a metal for red, green and blue', (3.6, 2.33, 1.818), 10.0)
+    conductor_n: three(
+        'Refraction', 'n, index of refraction of a metal for red, green and blue', (0.064, 0.496, 1.46), 5.0
+    )
+    conductor_k: three(
+        'Extinction', 'k, extinction coefficient of a metal for red, green and blue', (3.6, 2.33, 1.818), 10.0
+    )
 
     # Toon
     toon_lit: color('Lit', 'Color of what is fully lit', (0.8, 0.8, 0.8))

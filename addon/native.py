@@ -26,10 +26,15 @@ class NativeError(RuntimeError):
     """The native module or Embree cannot be used; the text says what is missing."""
 
 
+# Blender loads no native module twice. After an upgrade in a running session it would go on with the old one.
+RESTART = 'Cotorra was updated while Blender was running, which still holds parts of the old version: restart Blender'
+
+
 def load() -> ModuleType:
-    """The module `cotorra_native`."""
+    """The module `cotorra_native`, if it is the one that is installed."""
+    known = sys.modules.get('cotorra_native')
     try:
-        return importlib.import_module('cotorra_native')
+        module = importlib.import_module('cotorra_native')
     except ImportError as error:
         version = f'{sys.version_info.major}.{sys.version_info.minor}'
         raise NativeError(
@@ -37,6 +42,29 @@ def load() -> ModuleType:
             f'It must be built for Python {version} on {sys.platform}: '
             'install the Cotorra extension for this platform, or run ./scripts/setup in its sources'
         ) from error
+    if not hasattr(module, 'cotorra_file'):
+        # In an extension nobody else loads it: what is there without a mark is of an earlier version, which set none.
+        stale = known is not None and __package__.startswith('bl_ext.')
+        module.cotorra_file = () if stale else file_identity(module.__file__)
+    if restart_needed():
+        raise NativeError(RESTART)
+    return module
+
+
+def restart_needed() -> bool:
+    """Whether the native module in memory is another than the installed one. Before the first use there is none."""
+    module = sys.modules.get('cotorra_native')
+    loaded = getattr(module, 'cotorra_file', None)
+    return loaded is not None and loaded != file_identity(module.__file__)
+
+
+def file_identity(path: str) -> tuple[int, ...]:
+    """What tells a file from one that replaced it; empty where there is none."""
+    try:
+        found = os.stat(path)
+    except OSError:
+        return ()
+    return found.st_ino, found.st_size, found.st_mtime_ns
 
 
 def embree_library() -> str:

@@ -67,6 +67,9 @@ NOT_RENDERED = {
     'use_pass_transmission_direct': 'Transmission Direct',
     'use_pass_transmission_indirect': 'Transmission Indirect',
     'use_pass_transmission_color': 'Transmission Color',
+    'use_pass_subsurface_direct': 'Subsurface Direct',
+    'use_pass_subsurface_indirect': 'Subsurface Indirect',
+    'use_pass_subsurface_color': 'Subsurface Color',
     'use_pass_cryptomatte_object': 'Cryptomatte Object',
     'use_pass_cryptomatte_material': 'Cryptomatte Material',
     'use_pass_cryptomatte_asset': 'Cryptomatte Asset',
@@ -127,11 +130,6 @@ def native_sources(
     return {entry.name: known[entry.name] for entry in result.layers[0].passes if entry.name in known}
 
 
-def film_exposure(scene: bpy.types.Scene) -> float:
-    """The factor on all light that a file made for Cycles asks for."""
-    return float(getattr(getattr(scene, 'cycles', None), 'film_exposure', 1.0))
-
-
 def write(
     session: Any,
     result: bpy.types.RenderResult,
@@ -172,8 +170,3 @@ def reinhard(pixels: np.ndarray, white: float) -> None:
     """Compress colors in place (Reinhard et al. 2002, eq. 4): luminance L becomes L (1 + L / white²) / (1 + L)."""
     luminance = np.maximum(pixels @ np.array((0.2126, 0.7152, 0.0722), np.float32), 0.0)
     pixels *= ((1.0 + luminance / np.float32(white * white)) / (1.0 + luminance))[..., None]
-
-
-def reinhard_white(scene: bpy.types.Scene) -> float | None:
-    """The luminance that becomes white, where the scene asks for Reinhard's curve."""
-    return scene.cotorra.reinhard_white if scene.cotorra.use_reinhard else None

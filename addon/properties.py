@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The settings that a .blend file keeps for Cotorra: `scene.cotorra` and `view_layer.cotorra`, and where all hang.
 
-Defaults follow Cycles where a setting of Cycles has the same meaning; nothing is read from Cycles' own settings.
+Defaults follow Cycles where a setting of Cycles has the same meaning. Which of Cycles' own settings are read beside
+these, or in their place where they were never set, is told in cycles_settings.py and settings.py.
 """
 
 from __future__ import annotations
@@ -9,6 +10,7 @@ from __future__ import annotations
 import bpy
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, PointerProperty
 
+from . import devices
 from .choices import (
     BOUNCES_MAX,
     DEVICE_INDEX_MAX,
@@ -28,10 +30,26 @@ def switch(name: str, description: str, default: bool = False) -> BoolProperty:
     return BoolProperty(name=name, description=description, default=default, update=tag_scene)
 
 
+AS_CYCLES = "Until it is set, the scene's limit for Cycles holds"
+
+
+# The choice of a graphics card by name. What is kept, and what scripts set, is its index.
+def card_items(settings: bpy.types.PropertyGroup, _context: bpy.types.Context) -> list[tuple[str, str, str, int]]:
+    return devices.items(settings.device_index)
+
+
+def card_number(settings: bpy.types.PropertyGroup) -> int:
+    return settings.device_index + 1
+
+
+def choose_card(settings: bpy.types.PropertyGroup, number: int) -> None:
+    settings.device_index = number - 1
+
+
 class CotorraSceneSettings(bpy.types.PropertyGroup):
     samples: IntProperty(
         name='Samples',
-        description='Rays sent through each pixel. Twice the noise takes a quarter of the samples',
+        description='Paths that start in each pixel. Four times as many halve the noise',
         default=64,
         min=1,
         max=SAMPLES_MAX,
@@ -56,23 +74,31 @@ class CotorraSceneSettings(bpy.types.PropertyGroup):
         name='Integrator',
         description='How much of the light in the scene is followed',
         items=INTEGRATORS,
-        default='DIRECT',
+        default='PATH',
         update=tag_scene,
     )
     device: EnumProperty(
         name='Device',
-        description='What renders',
+        description='The processor that renders',
         items=DEVICES,
         default='CPU',
         update=tag_scene,
     )
     device_index: IntProperty(
         name='Graphics Card',
-        description='Which graphics card renders, in the order of cotorra_native.devices(). -1: the best that can',
+        description='Which graphics card renders, counted from 0. -1: the best that can',
         default=-1,
         min=-1,
         max=DEVICE_INDEX_MAX,
         update=tag_scene,
+    )
+    graphics_card: EnumProperty(
+        name='Graphics Card',
+        description='Which graphics card renders',
+        items=card_items,
+        get=card_number,
+        set=choose_card,
+        options={'SKIP_SAVE'},
     )
     ray_tracing: EnumProperty(
         name='Ray Tracing',
@@ -89,7 +115,7 @@ class CotorraSceneSettings(bpy.types.PropertyGroup):
     )
     max_bounces: IntProperty(
         name='Total',
-        description='Reflections that light may take on its way at most, of all kinds together',
+        description=f'Reflections that light may take on its way at most, of all kinds together. {AS_CYCLES}',
         default=12,
         min=0,
         max=BOUNCES_MAX,
@@ -98,7 +124,7 @@ class CotorraSceneSettings(bpy.types.PropertyGroup):
     )
     diffuse_bounces: IntProperty(
         name='Diffuse',
-        description='Diffuse reflections that light may take on its way at most',
+        description=f'Diffuse reflections that light may take on its way at most. {AS_CYCLES}',
         default=4,
         min=0,
         max=BOUNCES_MAX,
@@ -107,7 +133,7 @@ class CotorraSceneSettings(bpy.types.PropertyGroup):
     )
     glossy_bounces: IntProperty(
         name='Glossy',
-        description='Glossy reflections that light may take on its way at most',
+        description=f'Glossy reflections that light may take on its way at most. {AS_CYCLES}',
         default=4,
         min=0,
         max=BOUNCES_MAX,
@@ -125,7 +151,7 @@ class CotorraSceneSettings(bpy.types.PropertyGroup):
     )
     transparent_bounces: IntProperty(
         name='Transparent',
-        description='Transparent surfaces that a ray may cross at most; the next one stops it',
+        description=f'Transparent surfaces that a ray may cross at most; the next one stops it. {AS_CYCLES}',
         default=8,
         min=0,
         max=BOUNCES_MAX,
@@ -179,7 +205,7 @@ class CotorraSceneSettings(bpy.types.PropertyGroup):
     use_ambient_occlusion: switch('Ambient Occlusion', 'Darken the ambient light where surfaces are near')
     ao_distance: FloatProperty(
         name='Distance',
-        description='How far a surface may be to darken another',
+        description="How far a surface may be to darken another. Until it is set, the world's distance holds",
         subtype='DISTANCE',
         default=10.0,
         min=0.0,
@@ -259,7 +285,9 @@ class CotorraViewLayerSettings(bpy.types.PropertyGroup):
     use_pass_fresnel: switch(
         'Fresnel', 'Pass "Cotorra F": the Fresnel term of the surface, for each lamp above it, summed'
     )
-    use_pass_lights: switch('Lamps', 'A pass for each lamp, with its light alone, named "Light" and after the lamp')
+    use_pass_lights: switch(
+        'Each Light', 'A pass for each light, which shows it alone; named "Light" and after the light'
+    )
 
 
 # Those that others refer to come first.

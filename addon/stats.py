@@ -90,20 +90,29 @@ def last(scene_name: str) -> list[LayerStats]:
     return list(_last.get(scene_name, []))
 
 
+def everything() -> list[LayerStats]:
+    """The view layers of all scenes that were rendered since `clear_everything`: strips and compositing mix scenes."""
+    return [entry for entries in _last.values() for entry in entries]
+
+
 def clear(scene_name: str) -> None:
     """A frame begins: forget the one before."""
     _last.pop(scene_name, None)
 
 
+def clear_everything() -> None:
+    _last.clear()
+
+
 def memory_now() -> int:
     """Resident memory of this process in bytes; 0 where the system does not tell."""
     try:
-        fields = Path('/proc/self/statm').read_text(encoding='ascii').split()
-    except OSError:
+        pages = int(Path('/proc/self/statm').read_text(encoding='ascii').split()[1])
+    except (OSError, ValueError, IndexError):
         return 0
     import resource
 
-    return int(fields[1]) * resource.getpagesize()
+    return pages * resource.getpagesize()
 
 
 def memory_peak() -> int:

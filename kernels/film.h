@@ -16,6 +16,12 @@ struct FilmPixel {
   float alpha;
 };
 
+// What a sample may add to a sum. One that is infinite or not a number would spoil the pixel for good: it counts as 0.
+FN float film_number(float value) { return select(abs(value) < INFINITE_DISTANCE, value, 0.0f); }
+FN vec3 film_vector(vec3 value) {
+  return select(abs(value.x) + abs(value.y) + abs(value.z) < INFINITE_DISTANCE, value, vec3(0.0f));
+}
+
 // Adds a sample. One that is infinite or not a number would spoil the pixel for good: it counts as black, and false is
 // returned.
 FN bool film_add(INOUT(FilmPixel) pixel, INOUT(vec3) radiance, float alpha) {
@@ -23,7 +29,7 @@ FN bool film_add(INOUT(FilmPixel) pixel, INOUT(vec3) radiance, float alpha) {
   const bool finite = size < INFINITE_DISTANCE;
   radiance = select(finite, radiance, vec3(0.0f));
   pixel.radiance += radiance;
-  pixel.alpha += alpha;
+  pixel.alpha += film_number(alpha);
   return finite;
 }
 

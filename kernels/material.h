@@ -19,8 +19,8 @@ const float SHARP_ROUGHNESS = 0.25f;
 
 FN float unit_clamp(float a) { return clamp(a, 0.0f, 1.0f); }
 
-// A number of a program as light may have it: 0 for what is no number, held back where it is out of all bounds.
-FN float light_number(float a) { return select(a == a, clamp(a, -1e30f, 1e30f), 0.0f); }
+// A number of a program as light may have it: 0 for what is no number, held back at what the film can sum (addon/export/bounds.py).
+FN float light_number(float a) { return select(a == a, clamp(a, -1e15f, 1e15f), 0.0f); }
 FN vec3 light_numbers(vec3 a) { return vec3(light_number(a.x), light_number(a.y), light_number(a.z)); }
 
 FN bool material_varies(IN(Material) material) {

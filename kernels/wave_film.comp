@@ -9,28 +9,28 @@ void add_record(uint pixel, WaveRecord r) {
   WaveRecord sum = LOAD(WAVE.film_records, pixel);
   if (r.hit > 0.0f && (sum.hit == 0.0f || r.distance2 < sum.distance2)) {
     sum.distance2 = r.distance2;
-    sum.depth = r.depth;
-    sum.position = r.position;
+    sum.depth = film_number(r.depth);
+    sum.position = film_vector(r.position);
     sum.object_index = r.object_index;
     sum.material_index = r.material_index;
   }
   sum.hit += r.hit;
-  sum.normal += r.normal;
-  sum.uv += r.uv;
+  sum.normal += film_vector(r.normal);
+  sum.uv += vec2(film_number(r.uv.x), film_number(r.uv.y));
   sum.uv_coverage += r.uv_coverage;
-  sum.diffuse_color += r.diffuse_color;
-  sum.emission += r.emission;
-  sum.environment += r.environment;
-  sum.lit += r.lit;
-  sum.unshadowed += r.unshadowed;
+  sum.diffuse_color += film_vector(r.diffuse_color);
+  sum.emission += film_vector(r.emission);
+  sum.environment += film_vector(r.environment);
+  sum.lit += film_number(r.lit);
+  sum.unshadowed += film_number(r.unshadowed);
   sum.occlusion += r.occlusion;
   STORE(WAVE.film_records, pixel, sum);
 }
 
 void add_terms(uint pixel, WaveTerms terms) {
-  WAVE.film_terms.v[pixel].d += terms.d;
-  WAVE.film_terms.v[pixel].g += terms.g;
-  WAVE.film_terms.v[pixel].f += terms.f;
+  WAVE.film_terms.v[pixel].d += film_number(terms.d);
+  WAVE.film_terms.v[pixel].g += film_number(terms.g);
+  WAVE.film_terms.v[pixel].f += film_vector(terms.f);
 }
 
 // A line covers what is behind it, and the transparent film.
@@ -58,13 +58,14 @@ void main() {
     if (FEATURE(FEATURE_DATA_PASSES)) add_record(pixel, LOAD(WAVE.records, lane));
     if (FEATURE(FEATURE_LIGHT_GROUPS) && finite) {
       for (uint g = 0u; g < WAVE.light_groups; ++g) {
-        WAVE.film_groups.v[pixel * WAVE.light_groups + g] += LOAD(WAVE.groups, lane * WAVE.light_groups + g);
+        WAVE.film_groups.v[pixel * WAVE.light_groups + g] +=
+            film_vector(LOAD(WAVE.groups, lane * WAVE.light_groups + g));
       }
     }
     if (FEATURE(FEATURE_TERMS) && flag(WAVE_TERMS_PASS)) add_terms(pixel, LOAD(WAVE.terms, lane));
     if (FEATURE(FEATURE_TERMS) && finite) {
       for (uint l = 0u; l < WAVE.lamp_passes; ++l) {
-        WAVE.film_lamps.v[pixel * WAVE.lamp_passes + l] += LOAD(WAVE.lamps, lane * WAVE.lamp_passes + l);
+        WAVE.film_lamps.v[pixel * WAVE.lamp_passes + l] += film_vector(LOAD(WAVE.lamps, lane * WAVE.lamp_passes + l));
       }
     }
   }

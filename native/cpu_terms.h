@@ -23,7 +23,7 @@ int add_lamp(const PassSelection &passes, uint slot, vec3 value, int group, Batc
 
 void stage_lamps(const PassSelection &passes, std::size_t slot, std::size_t pixel, Batch &b) {
   const std::size_t n = passes.lamps;
-  for (std::size_t l = 0; l < n; ++l) b.staged.lamps[pixel * n + l] += b.lamps[slot * n + l];
+  for (std::size_t l = 0; l < n; ++l) b.staged.lamps[pixel * n + l] += film_vector(b.lamps[slot * n + l]);
 }
 
 // The terms of the first surface that a sample met.
@@ -33,9 +33,9 @@ void record_terms(const SceneData &scene, vec3 p, const Bsdf &bsdf, vec3 wo, std
   vec3 f;
   lamp_terms(scene, p, bsdf, wo, d, g, f);
   TermRecord &r = b.staged.terms[pixel];
-  r.d += d;
-  r.g += g;
-  r.f += f;
+  r.d += film_number(d);
+  r.g += film_number(g);
+  r.f += film_vector(f);
 }
 
 }  // namespace

@@ -56,6 +56,8 @@ class Device {
   // Tiles that one call of `render` should be given.
   virtual std::size_t tiles_at_once() const = 0;
   virtual std::unique_ptr<Workspace> make_workspace(const RenderJob &) = 0;
+  // What a thread's work takes of this machine's memory, at least; for messages.
+  virtual std::uint64_t workspace_bytes() const = 0;
   // Takes samples [first, first + count) of each pixel in each tile's to_sample(). Returns false if cancelled; a tile
   // then has all of these samples or none.
   virtual bool render(const RenderJob &, std::span<FilmTile> tiles, std::uint32_t first, std::uint32_t count,

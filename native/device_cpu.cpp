@@ -16,6 +16,7 @@ class CpuDevice final : public Device {
     return std::clamp(wanted > 0 ? wanted : static_cast<int>(std::thread::hardware_concurrency()), 1, 1024);
   }
   std::size_t tiles_at_once() const override { return 1; }
+  std::uint64_t workspace_bytes() const override { return kernel_.workspace_bytes; }
   std::unique_ptr<Workspace> make_workspace(const RenderJob &job) override { return kernel_.make_workspace(job); }
 
   bool render(const RenderJob &job, std::span<FilmTile> tiles, std::uint32_t first, std::uint32_t count,

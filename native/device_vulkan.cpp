@@ -3,6 +3,7 @@
 // the session keeps the film.
 #include "device.h"
 #include "features.h"
+#include "scene.h"
 #include "vulkan_film.h"
 #include "vulkan_wavefront.h"
 
@@ -65,6 +66,7 @@ class VulkanDevice final : public Device {
   int threads(int) const override { return 1; }
   std::size_t tiles_at_once() const override { return vulkan::film_pixels_at_once(physical_) / kLargestTile; }
 
+  std::uint64_t workspace_bytes() const override { return scene_->stats().bytes; }  // a copy, on its way to the card
   std::unique_ptr<Workspace> make_workspace(const RenderJob &job) override {
     return vulkan::make_wavefront(*scene_, job, choice_, instance_, physical_, ray_query_, shared_);
   }

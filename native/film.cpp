@@ -7,6 +7,7 @@
 #include <stdexcept>
 
 #include "../kernels/sampling.h"
+#include "memory.h"
 
 namespace cotorra {
 namespace {
@@ -23,6 +24,16 @@ std::vector<std::uint16_t> morton_order(int width, int height) {
     return morton_encode(a % w, a / w) < morton_encode(b % w, b / w);
   });
   return order;
+}
+
+// Of a pixel with its passes.
+std::uint64_t pixel_bytes(const PassSelection &passes) {
+  const auto if_kept = [](bool kept, std::size_t bytes) { return kept ? bytes : 0; };
+  return sizeof(FilmPixel) + if_kept(passes.error, sizeof(vec3) + sizeof(std::uint32_t) + sizeof(std::uint16_t)) +
+         if_kept(passes.nearest, sizeof(NearestRecord)) + if_kept(passes.surface, sizeof(SurfaceRecord)) +
+         if_kept(passes.emission, sizeof(vec3)) + if_kept(passes.environment, sizeof(vec3)) +
+         if_kept(passes.shadow, sizeof(ShadowRecord)) + if_kept(passes.occlusion, sizeof(float)) +
+         if_kept(passes.terms, sizeof(TermRecord)) + (std::uint64_t{passes.light_groups} + passes.lamps) * sizeof(vec3);
 }
 
 // One pixel of a pass: reads tile and pixel index, writes channels.
@@ -177,9 +188,18 @@ void FilmTile::add(const FilmTile &staged, std::uint32_t count) {
 }
 
 Film::Film(int width, int height, int tile_size, const PassSelection &passes)
-    : width_(width), height_(height), passes_(passes) {
-  const int columns = (width + tile_size - 1) / tile_size;
-  const int rows = (height + tile_size - 1) / tile_size;
+    : width_(width),
+      height_(height),
+      passes_(passes),
+      bytes_(static_cast<std::uint64_t>(width) * static_cast<std::uint64_t>(height) * pixel_bytes(passes)) {
+  with_memory(bytes_, "a picture of " + std::to_string(width) + " x " + std::to_string(height) + " pixels",
+              [&] { make_tiles(tile_size); });
+}
+
+void Film::make_tiles(int tile_size) {
+  const PassSelection &passes = passes_;
+  const int columns = (width_ + tile_size - 1) / tile_size;
+  const int rows = (height_ + tile_size - 1) / tile_size;
   std::vector<FilmTile> tiles(static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows));
   tiles_.swap(tiles);
   std::size_t k = 0;
@@ -188,8 +208,8 @@ Film::Film(int width, int height, int tile_size, const PassSelection &passes)
       FilmTile &t = tiles_[k++];
       t.x0 = column * tile_size;
       t.y0 = row * tile_size;
-      t.width = std::min(tile_size, width - t.x0);
-      t.height = std::min(tile_size, height - t.y0);
+      t.width = std::min(tile_size, width_ - t.x0);
+      t.height = std::min(tile_size, height_ - t.y0);
       const auto n = static_cast<std::size_t>(t.width) * static_cast<std::size_t>(t.height);
       t.pixels.assign(n, FilmPixel{vec3(0.0f), 0.0f});
       auto &order = orders_[{t.width, t.height}];
@@ -209,11 +229,6 @@ Film::Film(int width, int height, int tile_size, const PassSelection &passes)
       if (passes.terms) t.terms.resize(n);
       if (passes.light_groups > 0) t.groups.assign(n * passes.light_groups, vec3(0.0f));
       if (passes.lamps > 0) t.lamps.assign(n * passes.lamps, vec3(0.0f));
-      bytes_ += n * sizeof(FilmPixel) + t.samples.size() * (sizeof(vec3) + sizeof(std::uint32_t)) +
-                t.nearest.size() * sizeof(NearestRecord) + t.surface.size() * sizeof(SurfaceRecord) +
-                (t.emission.size() + t.environment.size() + t.groups.size() + t.lamps.size()) * sizeof(vec3) +
-                t.terms.size() * sizeof(TermRecord) + t.shadow.size() * sizeof(ShadowRecord) +
-                t.occlusion.size() * sizeof(float);
     }
   }
 }

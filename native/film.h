@@ -115,6 +115,8 @@ class Film {
   int width_, height_;
   PassSelection passes_;
   std::vector<FilmTile> tiles_;
+  void make_tiles(int tile_size);
+
   std::map<std::pair<int, int>, std::vector<std::uint16_t>> orders_;  // by tile width and height
   std::uint64_t bytes_ = 0;
 };

@@ -126,6 +126,11 @@ LightShape shape_light(const LightsInput &lights, std::size_t index, Light &ligh
 void set_lamp_pass(int pass, Light &light);
 void validate_light_shapes(const LightsInput &lights);
 
+// What Embree holds, and the most that it asked for.
+struct BvhMemory {
+  std::atomic<std::int64_t> bytes{0}, most{0};
+};
+
 class Scene {
  public:
   // Validates (std::invalid_argument naming array, index and value) and derives records.
@@ -178,6 +183,7 @@ class Scene {
 
  private:
   void validate(const SceneInput &input) const;
+  void prepare(SceneInput &input);
   void prepare_models(const ModelsInput &input);  // after the materials
   void prepare_classic();
   void prepare_lobes(std::span<const float> words);
@@ -197,7 +203,8 @@ class Scene {
   void prepare_emitters();
   void prepare_features();
   void build(int threads, const std::atomic<bool> &cancel);
-  void check_embree(const char *doing) const;
+  std::uint64_t bvh_bytes_needed() const;
+  void check_embree(const std::string &doing) const;
   void release();
 
   struct MeshStorage {
@@ -240,7 +247,7 @@ class Scene {
   bool instanced_ = false;
   bool camera_meets_lights_ = false;
   bool bounces_meet_lights_ = false;
-  std::atomic<std::int64_t> bvh_bytes_{0};
+  BvhMemory bvh_memory_;
 };
 
 }  // namespace cotorra

@@ -4,6 +4,7 @@
 #include <chrono>
 #include <string>
 
+#include "memory.h"
 #include "scene.h"
 
 namespace cotorra {
@@ -12,9 +13,15 @@ namespace {
 // Scenes of more triangles get Embree's compact BVH: half the memory for a sixth of the traversal speed (35 instead of
 // 70 bytes a triangle; 10.9 instead of 12.8 million rays a second on 472k triangles). Cycles has it by default.
 constexpr std::uint64_t kCompactTriangles = 1'000'000;
+constexpr std::uint64_t kCompactBytes = 35, kUsualBytes = 70;
 
+// Embree tells before it takes memory, and when it gave some back.
 bool count_memory(void *counter, ssize_t bytes, bool) {
-  static_cast<std::atomic<std::int64_t> *>(counter)->fetch_add(bytes, std::memory_order_relaxed);
+  auto &memory = *static_cast<BvhMemory *>(counter);
+  const std::int64_t now = memory.bytes.fetch_add(bytes, std::memory_order_relaxed) + bytes;
+  std::int64_t most = memory.most.load(std::memory_order_relaxed);
+  while (most < now && !memory.most.compare_exchange_weak(most, now, std::memory_order_relaxed)) {
+  }
   return true;
 }
 
@@ -24,13 +31,22 @@ bool keep_building(void *cancel, double) {
 
 }  // namespace
 
-void Scene::check_embree(const char *doing) const {
+// At least, as far as is known.
+std::uint64_t Scene::bvh_bytes_needed() const {
+  const bool compact = stats_.triangles > kCompactTriangles;
+  const std::uint64_t usual = stats_.triangles * (compact ? kCompactBytes : kUsualBytes);
+  return std::max(usual, static_cast<std::uint64_t>(std::max<std::int64_t>(bvh_memory_.most.load(), 0)));
+}
+
+void Scene::check_embree(const std::string &doing) const {
   const int error = api().get_device_error(device_);
   if (error == embree::kNone) return;
   if (error == embree::kCancelled) throw Cancelled();
   const char *text = api().get_device_last_error_message(device_);
-  const std::string what = std::string("Embree, ") + doing + ": " + (text != nullptr ? text : "unknown error");
-  if (error == embree::kOutOfMemory) throw std::runtime_error(what + " (out of memory)");
+  const std::string what = "Embree, " + doing + ": " + (text != nullptr ? text : "unknown error");
+  if (error == embree::kOutOfMemory) {
+    throw OutOfMemory(bvh_bytes_needed(), "the BVH (" + what + ")");
+  }
   throw std::runtime_error(what + " (error " + std::to_string(error) + ")");
 }
 
@@ -51,13 +67,18 @@ void Scene::build(int threads, const std::atomic<bool> &cancel) {
   const embree::Api &rtc = api();
   const std::string config = threads > 0 ? "threads=" + std::to_string(threads) : "";
   device_ = rtc.new_device(config.c_str());
-  if (device_ == nullptr) throw std::runtime_error("Embree could not make a device for this processor");
+  if (device_ == nullptr) {
+    if (rtc.get_device_error(nullptr) == embree::kOutOfMemory) {
+      throw OutOfMemory(bvh_bytes_needed(), "the BVH (Embree cannot make a device)");
+    }
+    throw std::runtime_error("Embree could not make a device for this processor");
+  }
   const ssize_t version = rtc.get_device_property(device_, embree::kPropertyVersion);
   if (version < 40300 || version >= 50000) {
     throw std::runtime_error("Embree 4.3 or a later 4.x is needed, " + library_->path() + " is version " +
                              std::to_string(version));
   }
-  rtc.set_device_memory_monitor(device_, count_memory, &bvh_bytes_);
+  rtc.set_device_memory_monitor(device_, count_memory, &bvh_memory_);
   void *cancel_pointer = const_cast<std::atomic<bool> *>(&cancel);
 
   // Only meshes that let rays through somewhere are asked about each hit.
@@ -69,9 +90,14 @@ void Scene::build(int threads, const std::atomic<bool> &cancel) {
     }
   }
 
+  // Embree hands out null where it cannot make something, and notes why.
+  const auto made = [&](auto handle) {
+    if (handle == nullptr) check_embree("making a scene");
+    return handle;
+  };
   const auto triangle_geometry = [&](std::size_t k) {
     const Mesh &mesh = meshes_[k];
-    embree::Geometry geometry = rtc.new_geometry(device_, embree::kTriangles);
+    embree::Geometry geometry = made(rtc.new_geometry(device_, embree::kTriangles));
     rtc.set_shared_geometry_buffer(geometry, embree::kVertexBuffer, 0, embree::kFloat3, mesh.positions.v, 0,
                                    sizeof(vec3), storage_[k].lengths.positions);
     rtc.set_shared_geometry_buffer(geometry, embree::kIndexBuffer, 0, embree::kUint3, mesh.triangles.v, 0,
@@ -93,17 +119,17 @@ void Scene::build(int threads, const std::atomic<bool> &cancel) {
   for (const Instance &instance : instances_) {
     const std::size_t k = instance.mesh;
     if (storage_[k].flattened || mesh_scenes_[k] != nullptr || meshes_[k].triangle_count == 0) continue;
-    mesh_scenes_[k] = rtc.new_scene(device_);
+    mesh_scenes_[k] = made(rtc.new_scene(device_));
     if (compact) rtc.set_scene_flags(mesh_scenes_[k], embree::kSceneCompact);
     rtc.set_scene_progress_monitor(mesh_scenes_[k], keep_building, cancel_pointer);
     attach(mesh_scenes_[k], triangle_geometry(k), VISIBLE_ALL, 0);
     rtc.commit_scene(mesh_scenes_[k]);
-    check_embree(("building the BVH of mesh '" + storage_[k].name + "'").c_str());
+    check_embree("building that of mesh '" + storage_[k].name + "'");
     instanced_ = true;
   }
 
   // 2. The top level: flattened meshes, and one instance array for each run of instances with one mesh and visibility.
-  bvh_ = rtc.new_scene(device_);
+  bvh_ = made(rtc.new_scene(device_));
   if (compact) rtc.set_scene_flags(bvh_, embree::kSceneCompact);
   rtc.set_scene_progress_monitor(bvh_, keep_building, cancel_pointer);
   for (std::size_t first = 0; first < instances_.size();) {
@@ -119,7 +145,7 @@ void Scene::build(int threads, const std::atomic<bool> &cancel) {
       if (storage_[head.mesh].flattened) {
         attach(bvh_, triangle_geometry(head.mesh), head.visibility, id);
       } else {
-        embree::Geometry array = rtc.new_geometry(device_, embree::kInstanceArray);
+        embree::Geometry array = made(rtc.new_geometry(device_, embree::kInstanceArray));
         rtc.set_geometry_instanced_scene(array, mesh_scenes_[head.mesh]);
         // An Instance begins with its four columns, each three floats and a word that Embree ignores.
         rtc.set_shared_geometry_buffer(array, embree::kTransformBuffer, 0, embree::kFloat4x4ColumnMajor, &head, 0,
@@ -131,8 +157,8 @@ void Scene::build(int threads, const std::atomic<bool> &cancel) {
     first = last;
   }
   rtc.commit_scene(bvh_);
-  check_embree("building the BVH of the scene");
-  stats_.bvh_bytes = static_cast<std::uint64_t>(std::max<std::int64_t>(bvh_bytes_.load(), 0));
+  check_embree("building that of the scene");
+  stats_.bvh_bytes = static_cast<std::uint64_t>(std::max<std::int64_t>(bvh_memory_.bytes.load(), 0));
   stats_.build_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
 }
 

@@ -91,6 +91,7 @@ class Session {
  private:
   void use_embree();
   void work();
+  void run_passes(RayCounts &counts);
   void run_tiles(std::size_t first_tile, std::size_t tile_count, std::uint32_t first, std::uint32_t count,
                  Workspace &workspace, RayCounts &counts);
   void update_pending(FilmTile &tile, std::uint32_t samples) const;

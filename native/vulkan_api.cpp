@@ -48,8 +48,8 @@ bool wants_validation() {
   return value != nullptr && std::string_view(value) == "1";
 }
 
-VKAPI_ATTR VkBool32 VKAPI_CALL keep_message(VkDebugUtilsMessageSeverityFlagBitsEXT, VkDebugUtilsMessageTypeFlagsEXT,
-                                            const VkDebugUtilsMessengerCallbackDataEXT *data, void *instance) {
+VkBool32 keep_message(VkDebugUtilsMessageSeverityFlagBitsEXT, VkDebugUtilsMessageTypeFlagsEXT,
+                      const VkDebugUtilsMessengerCallbackDataEXT *data, void *instance) {
   static_cast<Instance *>(instance)->add_message(data->pMessage);
   return VK_FALSE;
 }
@@ -177,7 +177,10 @@ Library::Library() {
     if (handle_ != nullptr) break;
     tried += (tried.empty() ? "" : "; ") + open_error();
   }
-  if (handle_ == nullptr) throw DeviceError("the Vulkan loader cannot be opened (" + tried + ")");
+  if (handle_ == nullptr)
+    throw DeviceError(
+        "the Vulkan loader cannot be opened (" + tried +
+        "); it comes with the driver of the graphics card, or as the package libvulkan1 or vulkan-loader");
   get_instance_proc_addr = reinterpret_cast<PFN_vkGetInstanceProcAddr>(find_symbol(handle_, "vkGetInstanceProcAddr"));
   if (get_instance_proc_addr == nullptr) {
     close_library(handle_);

@@ -4,9 +4,6 @@
 // more.
 #pragma once
 
-#define VK_NO_PROTOTYPES
-#include <vulkan/vulkan_core.h>
-
 #include <cstdint>
 #include <memory>
 #include <mutex>
@@ -14,6 +11,7 @@
 #include <vector>
 
 #include "device.h"
+#include "vulkan_interface.h"
 
 namespace cotorra::vulkan {
 

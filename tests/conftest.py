@@ -67,3 +67,11 @@ def tracing(request: pytest.FixtureRequest, module: ModuleType) -> str:
 
     vulkan_jobs.require(module, request.param)
     return request.param
+
+
+@pytest.fixture(params=['CPU', 'VULKAN'])
+def device(request: pytest.FixtureRequest) -> str:
+    """RenderSettings.device, for tests that hold on both; skipped where there is no lavapipe."""
+    if request.param == 'VULKAN':
+        request.getfixturevalue('module')
+    return request.param

@@ -17,6 +17,7 @@ shader_ops, shader_closures = cotorra_native.shader_ops, cotorra_native.shader_c
 
 # Knobs.
 fail_in = ''  # 'scene', 'session', 'device', 'lost', 'render' or 'read'
+bytes = 0  # of memory, that the scene holds, and a session beside it
 build_seconds = 0.0
 sample_seconds = 0.0
 read_seconds = 0.0
@@ -42,7 +43,7 @@ def configure(text: str) -> None:
 
 
 def reset() -> None:
-    configure('fail_in= build_seconds=0 sample_seconds=0 read_seconds=0')
+    configure('fail_in= bytes=0 build_seconds=0 sample_seconds=0 read_seconds=0')
     reads.clear()
     sessions.clear()
 
@@ -65,7 +66,7 @@ class Scene:
                 raise Cancelled
 
     def stats(self):
-        return {'build_seconds': build_seconds, 'memory_bytes': 0, 'triangles': 0}
+        return {'build_seconds': build_seconds, 'memory_bytes': bytes, 'triangles': 0}
 
     def varying(self):
         return {'world': False, 'lights': []}
@@ -139,7 +140,7 @@ class Session:
             'samples': self._samples,
             'device': self.settings.device,
             'isa': 'imagination',
-            'memory_bytes': 0,
+            'memory_bytes': bytes,
             'features': ['fake'],
             'left_out': ['real pixels: this is a fake'],
         }

@@ -183,10 +183,11 @@ CAMERA = [
     Case(
         'film',
         'pixel = start; kept = radiance * gate; finite = select(film_add(pixel, kept, alpha), 1u, 0u);'
-        'error = film_error(start.radiance, start.radiance * 0.4f, n);',
+        'error = film_error(start.radiance, start.radiance * 0.4f, n);'
+        'number = film_number(radiance.x * gate); vector = film_vector(radiance * gate);',
         {'start': FILM_PIXEL, 'radiance': COLOR, 'gate': ('float', choices(1.0, 1.0, 1e31))}
         | {'alpha': UNIT, 'n': ('float', uniform(2.0, 100.0))},
-        {'pixel': 'FilmPixel', 'kept': 'vec3', 'finite': 'uint', 'error': 'float'},
+        {'pixel': 'FilmPixel', 'kept': 'vec3', 'finite': 'uint', 'error': 'float', 'number': 'float', 'vector': 'vec3'},
         tolerances={'error': ROUNDING},
     ),
 ]

@@ -59,11 +59,6 @@ def text(path: Path) -> str:
     return _COMMENT.sub('', path.read_text())
 
 
-def include(path: Path) -> str:
-    """The line that includes a header."""
-    return f'#include "{path.relative_to(KERNELS).as_posix()}"\n'
-
-
 def functions(path: Path) -> list[str]:
     """Names of the functions that a header defines."""
     return _FUNCTION.findall(text(path))

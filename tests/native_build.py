@@ -39,6 +39,17 @@ def compiler() -> list[str] | None:
     return None
 
 
+def has_header(name: str) -> bool:
+    """Whether the compiler finds a header of the system."""
+    command = compiler()
+    if command is None:
+        return False
+    tried = subprocess.run(
+        [*command, '-E', '-x', 'c++', '-'], input=f'#include <{name}>', text=True, capture_output=True
+    )
+    return tried.returncode == 0
+
+
 def included(source: Path, seen: dict[Path, bytes] | None = None) -> dict[Path, bytes]:
     """The file and every project header that it includes with quotes, with their contents."""
     seen = {} if seen is None else seen
@@ -70,22 +81,32 @@ def _cached(stem: str, suffix: str, key: object, make: list[str], what: str) -> 
     return target
 
 
-def _compile(name: str, suffix: str, sources: Iterable[Path | str], flags: Sequence[str]) -> Path:
+def build_objects(name: str, sources: Iterable[Path | str], flags: Sequence[str]) -> list[Path]:
+    """Compiles the sources (paths from the project's root), for libraries and programs that share them."""
     command = compiler()
     assert command is not None, 'no C++ compiler: install g++, or name one in CXX'
+    flags = (*FLAGS, *INCLUDES, *flags)
 
     def compile_object(source: Path) -> Path:
         key = (command, flags, sorted((str(path), content) for path, content in included(source).items()))
         return _cached(f'{name}.o/{source.stem}', '.o', key, [*command, *flags, '-c', str(source)], source.name)
 
     with ThreadPoolExecutor(os.cpu_count()) as pool:
-        objects = [str(path) for path in pool.map(compile_object, (ROOT / source for source in sources))]
+        return list(pool.map(compile_object, (ROOT / source for source in sources)))
+
+
+def _link(name: str, suffix: str, objects: Iterable[Path], flags: Sequence[str]) -> Path:
+    command, objects = compiler(), [str(path) for path in objects]
+    flags = (*FLAGS, *flags)
     return _cached(name, suffix, (command, flags, objects), [*command, *objects, *flags, '-ldl', '-pthread'], name)
 
 
-def build_module(name: str, sources: Iterable[Path | str], flags: Sequence[str] = ()) -> Path:
-    """Compiles the sources (paths from the project's root) to a shared library and returns its path."""
-    return _compile(name, '.so', sources, (*FLAGS, *INCLUDES, '-shared', '-fPIC', *flags))
+def build_module(
+    name: str, sources: Iterable[Path | str], flags: Sequence[str] = (), objects: Iterable[Path] = ()
+) -> Path:
+    """Compiles the sources to a shared library, with objects that are there (made with -fPIC), and returns its path."""
+    flags = ('-shared', '-fPIC', *flags)
+    return _link(name, '.so', [*build_objects(name, sources, flags), *objects], flags)
 
 
 def build(name: str, sources: Iterable[Path | str], flags: Sequence[str] = ()) -> ctypes.CDLL:
@@ -93,6 +114,8 @@ def build(name: str, sources: Iterable[Path | str], flags: Sequence[str] = ()) -
     return ctypes.CDLL(str(build_module(name, sources, flags)))
 
 
-def build_program(name: str, sources: Iterable[Path | str], flags: Sequence[str] = ()) -> Path:
-    """Compiles the sources to a program and returns its path."""
-    return _compile(name, '', sources, (*FLAGS, *INCLUDES, *flags))
+def build_program(
+    name: str, sources: Iterable[Path | str], flags: Sequence[str] = (), objects: Iterable[Path] = ()
+) -> Path:
+    """Compiles the sources to a program, with objects that are there, and returns its path."""
+    return _link(name, '', [*build_objects(name, sources, flags), *objects], flags)

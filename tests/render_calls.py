@@ -6,14 +6,21 @@ Scenes are made in tests/scenes, and judged in the tests.
 
 from __future__ import annotations
 
+import contextlib
+import io
+import os
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import bpy
 import numpy as np
 import OpenImageIO as oiio
-from cotorra import compat
+import pytest
+from cotorra import cli, compat, native
+
+import fake_native
 
 TESTS = Path(__file__).resolve().parent
 
@@ -60,19 +67,38 @@ def read_exr(path: Path) -> dict[str, dict[str, np.ndarray]]:
     return found
 
 
-def start_cli(*arguments: object, fake: str | None = None) -> subprocess.Popen[str]:
-    """Start `cotorra ARGUMENTS` in a process of its own; `fake` puts the stand-in in the native module's place."""
-    lines = [f'import sys; sys.path.insert(0, {str(TESTS)!r})', 'import conftest']
+def run_cli(*arguments: object, fake: str | None = None) -> tuple[int, str]:
+    """Exit code of `cotorra ARGUMENTS`, and what it wrote to stderr; in this process, whose Blender is there already.
+
+    fake: knobs of the stand-in that takes the native module's place.
+    """
+    told = io.StringIO()
+    with pytest.MonkeyPatch.context() as patch, contextlib.redirect_stderr(told):
+        if fake is not None:
+            fake_native.reset()
+            fake_native.configure(fake)
+            patch.setattr(native, 'load', lambda: fake_native)
+            patch.setattr(native, 'embree_library', lambda: 'libembree4.so')
+        try:
+            code = cli.main([*map(str, arguments)])
+        except SystemExit as leave:
+            code = leave.code
+    return code, told.getvalue()
+
+
+def start_cli(*arguments: object, fake: str | None = None, **streams: Any) -> subprocess.Popen[str]:
+    """Start `cotorra ARGUMENTS` in a process of its own, for tests of what a process is.
+
+    Without arguments it takes them from stdin, as JSON, a command a line, and answers with the exit codes on stdout.
+    """
+    lines = [f'import json, sys; sys.path.insert(0, {str(TESTS)!r})', 'import conftest']
     if fake is not None:
         lines += ['import fake_native', "sys.modules['cotorra_native'] = fake_native"]
         lines += [f'fake_native.configure({fake!r})']
-    lines += ['from cotorra.cli import main', 'sys.exit(main())']
+    lines += ["print('what scripts print is lost with stdout')", 'from cotorra.cli import main']
+    lines += ['if sys.argv[1:]: sys.exit(main())']
+    lines += ["for line in sys.stdin: print('\\ncode', main(json.loads(line)), flush=True)"]
     command = [sys.executable, '-c', '\n'.join(lines), *map(str, arguments)]
-    return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-
-
-def run_cli(*arguments: object, fake: str | None = None) -> tuple[int, str]:
-    """Exit code of `cotorra ARGUMENTS`, and what it wrote to stderr."""
-    process = start_cli(*arguments, fake=fake)
-    _, errors = process.communicate(timeout=120)
-    return process.returncode, errors
+    pipes = dict.fromkeys(('stdin', 'stdout', 'stderr'), subprocess.PIPE)
+    buffered = {**os.environ, 'PYTHONUNBUFFERED': ''}
+    return subprocess.Popen(command, text=True, env=buffered, **{**pipes, **streams})

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""`cotorra render`: arguments, files, progress, figures and exit codes. Each call is a process, as a user's is.
+"""`cotorra render`: arguments, files, progress, figures and exit codes; most in this process, whose Blender is there.
 
 Most renders use the stand-in for the native module; what is wrong with files and scenes is test_bad_input.py's.
 """
@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import io
 import json
+import os
 import signal
 import subprocess
 import sys
@@ -18,9 +19,11 @@ import bpy
 import numpy as np
 import OpenImageIO as oiio
 import pytest
-from cotorra import cli, demos, settings, terminal
+from cotorra import cli, demos, outputs, settings, terminal
+from cotorra.log import Log
 from cotorra.watch import Progress
 
+import fake_native
 from render_calls import read_exr, run_cli, start_cli
 from scenes import build
 
@@ -77,7 +80,7 @@ def test_a_graphics_card_and_how_it_traces(engine):
     scene = build.new_scene()
     line = ['render', '--demo', 'box_room', '-o', 'room.exr', '--device', 'vulkan:1', '--ray-tracing', 'software']
     cli.apply(cli.parser().parse_args(line), scene)
-    found = settings.render_settings(scene, bpy.context.view_layer, ())
+    found = settings.render_settings(scene, bpy.context.view_layer, (), Log())
     assert (found.device, found.device_index, found.ray_tracing) == ('VULKAN', 1, 'SOFTWARE')
 
 
@@ -132,7 +135,7 @@ def test_a_range_of_frames(blend, tmp_path, output, names):
 
 def test_names_of_frames():
     def named(pattern, frame, several=False):
-        return str(cli.frame_path(Path('d') / pattern, frame, several).relative_to('d'))
+        return str(outputs.frame_path(Path('d') / pattern, frame, several).relative_to('d'))
 
     assert named('o.png', 7) == 'o.png'
     assert named('o.png', 7, several=True) == 'o0007.png'
@@ -147,7 +150,7 @@ def test_names_of_frames():
     [
         ((), 'required'),
         (('render', '--demo', 'box_room'), '-o'),
-        (('render', '-o', 'o.png'), 'FILE.blend'),
+        (('render', '-o', 'o.png'), 'FILE'),
         (('render', '--demo', 'nothing', '-o', 'o.png'), "'nothing'"),
         (('render', '--demo', 'box_room', '-o', 'o.jpg'), 'o.jpg'),
         (('render', 'a.blend', '--demo', 'box_room', '-o', 'o.png'), 'not allowed'),
@@ -186,50 +189,80 @@ def test_help_needs_no_blender():
         assert word in done.stdout
 
 
-@pytest.mark.parametrize('suffix', ['png', 'exr'])
-def test_ctrl_c_saves_what_was_rendered(tmp_path, suffix):
+@pytest.fixture(scope='module')
+def process(tmp_path_factory):
+    """A process that takes commands, one after another; samples take it long."""
+    started = start_cli(fake='sample_seconds=0.02')
+    yield started
+    started.stdin.close()
+    assert started.wait(timeout=30) == 0
+    started.stdout.close()
+    started.stderr.close()
+
+
+def stopped(process, phase, after, *signals, command):
+    """Exit code of a command that is sent signals some seconds after it has told of a phase; and what it told."""
+    process.stdin.write(json.dumps([*map(str, command)]) + '\n')
+    process.stdin.flush()
+    told = ''
+    while phase not in told:
+        told += process.stderr.readline()
+        assert process.poll() is None, told
+    time.sleep(after)
+    for number in signals:
+        process.send_signal(number)
+    while not (line := process.stdout.readline()).startswith('code'):
+        assert process.poll() is None and line, told
+    os.set_blocking(process.stderr.fileno(), False)
+    told += process.stderr.read() or ''
+    os.set_blocking(process.stderr.fileno(), True)
+    return int(line.split()[1]), told
+
+
+# Shells send SIGHUP, and `timeout` SIGTERM, to a process and to its group: both may arrive.
+@pytest.mark.parametrize(
+    'suffix, signals',
+    [
+        ('png', [signal.SIGINT]),
+        ('exr', [signal.SIGINT]),
+        ('exr', [signal.SIGTERM, signal.SIGTERM]),
+        ('exr', [signal.SIGHUP, signal.SIGHUP, signal.SIGTERM]),
+    ],
+)
+def test_a_signal_to_stop_saves_what_was_rendered(process, tmp_path, suffix, signals):
     out, figures = tmp_path / f'o.{suffix}', tmp_path / 'o.json'
-    process = start_cli(
-        *('render', '--demo', 'box_room', '-o', out, '--size', '16x9', '--samples', 100000, '--stats', figures),
-        fake='sample_seconds=0.02',
-    )
-    interrupt_when(process, 'Building', after=1.0)
-    _, told = process.communicate(timeout=60)
-    assert process.returncode == cli.INTERRUPTED, told
-    assert 'Stopping' in told and 'of 100000 samples' in told
+    command = ['render', '--demo', 'box_room', '-o', out, '--size', '16x9', '--samples', 100000, '--stats', figures]
+    code, told = stopped(process, 'Building', 0.6, *signals, command=command)
+    assert code == cli.INTERRUPTED, told
+    assert told.count('Stopping') == 1 and 'of 100000 samples' in told
     image = oiio.ImageBuf(str(out)).get_pixels(oiio.FLOAT)
     assert image.shape[:2] == (9, 16) and image.max() > 0.3
     found = json.loads(figures.read_text(encoding='utf-8'))
     assert found['interrupted'] and 0 < found['frames'][0]['layers'][0]['samples_done'] < 100000
 
 
-def test_ctrl_c_while_building_leaves_no_image(tmp_path):
-    process = start_cli('render', '--demo', 'box_room', '-o', tmp_path / 'o.exr', *SMALL, fake='build_seconds=60')
-    interrupt_when(process, 'Building', after=0.3)
-    _, told = process.communicate(timeout=30)
-    assert process.returncode == cli.INTERRUPTED, told
-    assert 'interrupted before anything was rendered' in told
-    assert list(tmp_path.iterdir()) == []
-
-
-def test_ctrl_c_ends_a_range_of_frames(blend, tmp_path):
-    process = start_cli(
-        *('render', blend, '-o', tmp_path / 'o.png', '--size', '16x9', '--samples', 100000, '--frame', '4..9'),
-        fake='sample_seconds=0.02',
-    )
-    interrupt_when(process, 'Building', after=1.0)
-    _, told = process.communicate(timeout=60)
-    assert process.returncode == cli.INTERRUPTED, told
+def test_ctrl_c_ends_a_range_of_frames(process, blend, tmp_path):
+    command = ['render', blend, '-o', tmp_path / 'o.png', '--size', '16x9', '--samples', 100000, '--frame', '4..9']
+    code, told = stopped(process, 'Building', 0.6, signal.SIGINT, command=command)
+    assert code == cli.INTERRUPTED, told
     assert 'frame 5 and later ones are not rendered' in told
-    assert [path.name for path in tmp_path.glob('o*.png')] == ['o0004.png']
+    assert [path.name for path in tmp_path.glob('*o*.png')] == ['o0004.png']
 
 
-def interrupt_when(process, phase, after):
-    """Send Ctrl-C some seconds after the process has told of a phase."""
-    while phase not in process.stderr.readline():
-        assert process.poll() is None
-    time.sleep(after)
-    process.send_signal(signal.SIGINT)
+def test_ctrl_c_while_building_leaves_the_image_that_was_there(tmp_path, monkeypatch):
+    out = tmp_path / 'o.exr'
+    out.write_bytes(b'an older picture')
+    build_bvh = fake_native.Scene.build_bvh
+
+    def build_and_press(*arguments, **more):
+        os.kill(os.getpid(), signal.SIGINT)
+        build_bvh(*arguments, **more)
+
+    monkeypatch.setattr(fake_native.Scene, 'build_bvh', build_and_press)
+    code, told = run_cli('render', '--demo', 'box_room', '-o', out, *SMALL, fake='build_seconds=60')
+    assert code == cli.INTERRUPTED, told
+    assert 'interrupted before anything was rendered' in told
+    assert list(tmp_path.iterdir()) == [out] and out.read_bytes() == b'an older picture'
 
 
 class FakeTerminal(io.StringIO):

@@ -6,13 +6,15 @@ Pixels come from a stand-in for the native module, whose values are known; image
 
 from __future__ import annotations
 
+import re
 import time
+from types import SimpleNamespace
 
 import bpy
 import cotorra
 import numpy as np
 import pytest
-from cotorra import engine, final_render, passes, stats
+from cotorra import engine, final_render, passes, reporter, stats
 
 import fake_native
 from render_calls import here, read_exr, render_to
@@ -94,7 +96,7 @@ def test_standard_panels_are_shown_and_those_of_cycles_left_alone():
         'RENDER_PT_frame_range',
         'RENDER_PT_color_management',
         'VIEWLAYER_PT_layer',
-        'VIEWLAYER_PT_layer_passes',
+        'COTORRA_VIEWLAYER_PT_override',
         'COTORRA_VIEWLAYER_PT_passes_light_groups',
         'DATA_PT_uv_texture',
         'OBJECT_PT_visibility',
@@ -356,6 +358,57 @@ def test_an_animation_renders_each_frame(scene, tmp_path):
     bpy.ops.render.render(animation=True)
     assert sorted(path.name for path in tmp_path.iterdir()) == ['frame0003.png', 'frame0004.png', 'frame0005.png']
     assert [entry.frame for entry in stats.last(scene.name)] == [5]
+
+
+def status_lines(monkeypatch) -> list[str]:
+    """What the engine tells Blender for its status line, from now on."""
+    lines: list[str] = []
+
+    class Told(reporter.Reporter):
+        def __init__(self, engine, *rest):
+            quiet = {name: lambda *_, **__: None for name in ('update_progress', 'update_memory_stats')}
+            super().__init__(SimpleNamespace(update_stats=lambda head, line: lines.append(head + line), **quiet), *rest)
+
+    monkeypatch.setattr(final_render, 'Reporter', Told)
+    return lines
+
+
+def test_the_status_line_is_that_of_cycles(scene, monkeypatch):
+    """Remaining time, the memory that the render takes, samples; in the part that Blender prints in background, too."""
+    monkeypatch.setattr(reporter, 'BACKGROUND_SECONDS', 0.0)
+    fake_native.configure('sample_seconds=0.1 bytes=3000000')
+    lines = status_lines(monkeypatch)
+    bpy.ops.render.render()
+    assert lines[0] == 'Synchronizing'
+    assert any(re.fullmatch(r'Remaining: 00:00\.\d\d \| Mem: 6M \| Sample [123]/4', line) for line in lines)
+    assert lines[-1] == 'Mem: 6M | Sample 4/4'
+
+
+def test_the_status_line_names_the_layer_where_there_are_several(scene, monkeypatch):
+    scene.view_layers.new('Second')
+    lines = status_lines(monkeypatch)
+    bpy.ops.render.render()
+    assert {line.split(' | ')[0] for line in lines} == {f'{scene.name}, ViewLayer', f'{scene.name}, Second'}
+
+
+def test_the_window_is_redrawn_seldom_and_for_several_reasons_at_once(scene, monkeypatch):
+    """Each picture and each status line redraws the whole window, which answers nobody meanwhile."""
+    monkeypatch.setattr(final_render, 'in_window', lambda: True)
+    monkeypatch.setattr(reporter, 'BACKGROUND_SECONDS', 10.0)
+    monkeypatch.setattr(final_render, 'FIRST_PICTURE_SECONDS', 0.3)
+    fake_native.configure('sample_seconds=0.2')
+    lines = status_lines(monkeypatch)
+    bpy.ops.render.render()
+    # The first line as soon as there is one, one with the picture, the last; no other was due in 0.8 s.
+    assert len([line for line in lines if 'Sample' in line]) == 3
+    assert len(fake_native.reads) == 2
+
+
+@pytest.mark.parametrize(
+    ('seconds', 'text'), [(0.0, '00:00.00'), (61.239, '01:01.24'), (59.999, '01:00.00'), (3661.5, '01:01:01.50')]
+)
+def test_durations_are_written_as_blender_does(seconds, text):
+    assert reporter.duration(seconds) == text
 
 
 def test_figures_are_kept(scene):

@@ -146,19 +146,49 @@ def test_embree_is_found_in_the_wheels_of_each_platform(tmp_path, platform, file
     assert native.embree_in_wheel(tmp_path / 'elsewhere', platform) is None
 
 
-def test_ctrl_c_in_a_script_is_an_error_that_says_so(scene):
-    """In the bpy module Ctrl-C is Python's; the render must end soon, in order, and not look like a success."""
+@pytest.mark.parametrize('name, words', watch.STOP_SIGNALS.items())
+def test_a_signal_in_a_script_is_an_error_that_says_so(scene, name, words):
+    """In the bpy module signals are Python's; the render must end soon, in order, and not look like a success."""
     fake_native.configure('sample_seconds=0.02')
     scene.view_layers.new('Second')
-    signal.signal(signal.SIGINT, signal.default_int_handler)  # shells let what runs in the background ignore it
-    threading.Timer(0.4, os.kill, (os.getpid(), signal.SIGINT)).start()
+    number = getattr(signal, name)
+    usual = signal.default_int_handler if name == 'SIGINT' else signal.SIG_DFL
+    signal.signal(number, usual)  # shells let what runs in the background ignore Ctrl-C, and nohup SIGHUP
+    threading.Timer(0.4, os.kill, (os.getpid(), number)).start()
     start = time.perf_counter()
-    with pytest.raises(RuntimeError, match='Interrupted by Ctrl-C'):
+    with pytest.raises(RuntimeError, match=f'Interrupted by {words}'):
         bpy.ops.render.render()
     assert time.perf_counter() - start < 0.4 + STOP_SECONDS
     assert [entry.interrupted for entry in stats.last(scene.name)] == [True, True]
     assert stats.last(scene.name)[1].progress == 0.0  # the second layer is not begun
-    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+    assert signal.getsignal(number) is usual
+
+
+def test_a_signal_ends_an_animation_and_leaves_no_frame_behind(scene, tmp_path):
+    fake_native.configure('sample_seconds=0.02')
+    scene.frame_start, scene.frame_end = 1, 9
+    scene.render.filepath = str(tmp_path / 'frame_')
+    signal.signal(signal.SIGTERM, signal.SIG_DFL)
+    threading.Timer(0.3, os.kill, (os.getpid(), signal.SIGTERM)).start()
+    with pytest.raises(RuntimeError, match='Interrupted by SIGTERM'):
+        bpy.ops.render.render(animation=True)
+    assert stats.last(scene.name)[0].frame == 1 and list(tmp_path.iterdir()) == []
+
+
+def test_signals_that_somebody_else_handles_or_ignores_are_left_to_them(scene):
+    seen = []
+    theirs = {signal.SIGTERM: lambda number, _frame: seen.append(number), signal.SIGHUP: signal.SIG_IGN}
+    before = {number: signal.signal(number, handler) for number, handler in theirs.items()}
+    try:
+        with watch.interrupt_as_flag() as interrupt:
+            for number in theirs:
+                os.kill(os.getpid(), number)
+            time.sleep(0.05)
+            assert interrupt.by == '' and seen == [signal.SIGTERM]
+            assert {number: signal.getsignal(number) for number in theirs} == theirs
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
 
 
 def test_a_stopped_render_keeps_its_image(scene, tmp_path):
@@ -210,7 +240,9 @@ def test_a_watcher_sees_progress_and_messages(scene):
     with watch.attached(Stopper()) as watcher:
         bpy.ops.render.render()
     assert watch.active is None
-    assert watcher.messages == [('WARNING', 'Scene "Scene": motion blur is not rendered yet')] * 2
+    told = [text for level, text in watcher.messages if level == 'WARNING']
+    assert told == ['Scene "Scene": motion blur is not rendered yet'] * 2
+    assert len(watcher.messages) == 3  # and once what of Cycles' defaults is not supported
     for layer in ('ViewLayer', 'Second'):
         seen = [state for state in watcher.states if state.layer == layer]
         assert [state.phase for state in seen[:3]] == ['Synchronizing', 'Building', 'Rendering']

@@ -11,6 +11,7 @@ import time
 import bpy
 import numpy as np
 import pytest
+from cotorra.export import bounds
 from cotorra.export.buffers import Mesh
 from cotorra.log import Log
 
@@ -260,11 +261,12 @@ def test_triangles_without_area_have_normals(split: bool) -> None:
     assert np.allclose(np.linalg.norm(mesh.normals, axis=1), 1.0, atol=1e-3)
 
 
-def test_huge_coordinates_are_kept() -> None:
+@pytest.mark.parametrize('far, kept', [(bounds.LARGEST / 2.0, 1), (3e38, 0)])
+def test_huge_coordinates_are_kept_as_far_as_rays_reach(far: float, kept: int) -> None:
     scene = build.new_scene()
-    build.mesh_object(scene, vertices=[(3e38, 0, 0), (3e38, 1, 0), (0, 1, 0)], faces=[(0, 1, 2)])
-    assert len(only_mesh(scene).triangles) == 1
-    assert not messages(scene)
+    build.mesh_object(scene, vertices=[(far, 0, 0), (far, 1, 0), (0, 1, 0)], faces=[(0, 1, 2)])
+    assert sum(len(mesh.triangles) for mesh in exported(scene).meshes) == kept
+    assert len(messages(scene)) == 1 - kept
 
 
 def test_uv_that_is_not_finite() -> None:

@@ -267,7 +267,7 @@ def test_pass_index_and_terminator() -> None:
 def test_light_groups() -> None:
     scene = build.new_scene()
     layer = bpy.context.view_layer
-    for name in ('Key', 'Fill'):
+    for name in ('Key', 'Fill', 'Rim'):
         layer.lightgroups.add(name=name)
     own = build.mesh_object(scene, 'Own')
     own.lightgroup = 'Fill'
@@ -275,13 +275,21 @@ def test_light_groups() -> None:
     layer.lightgroups.remove(layer.lightgroups['Key'])
     inherited = build.mesh_object(scene, 'Inherited')
     build.collection_instance(scene, 'Instancer', [inherited]).lightgroup = 'Fill'
+    both = build.mesh_object(scene, 'Both')
+    both.lightgroup = 'Rim'
+    build.collection_instance(scene, 'Other instancer', [both]).lightgroup = 'Fill'
     build.light(scene, 'POINT').lightgroup = 'Fill'
-    build.world(scene).lightgroup = 'Fill'
+    world = build.world(scene)
+    world.lightgroup = 'Fill'
     buffers = exported(scene)
-    assert buffers.light_groups == ('Fill',)
+    assert buffers.light_groups == ('Fill', 'Rim')
     found = dict(zip(buffers.instances.names, buffers.instances.light_group.tolist(), strict=True))
-    assert found == {'Own': 0, 'Unknown': -1, 'Inherited': 0}
+    assert found == {'Own': 0, 'Unknown': -1, 'Inherited': 0, 'Both': 1}, 'its own comes first, as in Cycles 5.2.3'
     assert buffers.lights.light_group.tolist() == [0] and buffers.world.light_group == 0
+    # A world and a lamp without a group are in none.
+    world.lightgroup = bpy.data.objects['Point'].lightgroup = ''
+    buffers = exported(scene)
+    assert buffers.lights.light_group.tolist() == [-1] and buffers.world.light_group == -1
 
 
 # ---- What is no mesh.
@@ -396,7 +404,7 @@ def test_transform_that_is_not_finite(value: float) -> None:
     buffers = exported(scene, log)
     if not np.isfinite(np.array(obj.matrix_world)).all():
         assert buffers.instances.names == ('Quad',)
-        assert log.texts('WARNING') == ['Object "Lost": its transform holds NaN or infinity: left out']
+        assert log.texts('WARNING') == ['Object "Lost": its transform holds NaN, infinity or numbers near it: left out']
     else:
         pytest.skip('this Blender makes a finite transform of it')
 

@@ -41,7 +41,7 @@ def scene() -> bpy.types.Scene:
     plane.data.materials.append(matte())
     made.render.engine = 'COTORRA'
     made.render.resolution_x = made.render.resolution_y = 48
-    made.cotorra.samples = 1
+    made.cotorra.integrator, made.cotorra.samples = 'DIRECT', 1
     made.view_layers[0].use_pass_position = True
     return made
 

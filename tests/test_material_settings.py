@@ -15,6 +15,7 @@ import pytest
 from cotorra import choices, settings
 from cotorra.export.buffers import MaterialModels, RenderSettings
 from cotorra.export.models import LISTS
+from cotorra.log import Log
 
 from scenes import build
 from scenes.depsgraphs import exported, messages
@@ -143,11 +144,11 @@ def test_settings_of_integrators_arrive(scene):
         'outline_object': False,
     }
     defaults = RenderSettings()
-    new = settings.render_settings(scene, scene.view_layers[0], ('combined',))
+    new = settings.render_settings(scene, scene.view_layers[0], ('combined',), Log())
     for name, value in wanted.items():
         if name != 'integrator':
             assert getattr(new, name) == pytest.approx(getattr(defaults, name)), name
         setattr(own, name, value)
-    found = settings.render_settings(scene, scene.view_layers[0], ('combined',))
+    found = settings.render_settings(scene, scene.view_layers[0], ('combined',), Log())
     for name, value in wanted.items():
         assert getattr(found, name) == value, name

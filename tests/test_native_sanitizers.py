@@ -18,7 +18,7 @@ import nanobind
 import pytest
 from cotorra.native import embree_library
 
-from native_build import BUILD, ROOT, build_module, build_program, compiler
+from native_build import BUILD, ROOT, build_module, build_objects, build_program, compiler
 
 # Without the Vulkan device, whose kernels CMake compiles; device_no_vulkan.cpp stands in for it.
 VULKAN = re.compile(r'vulkan_\w+|device_vulkan|wide_bvh|binary_tree')
@@ -78,11 +78,17 @@ def kernel_flags(level: int, generated: Path, sanitizers: tuple[str, ...]) -> li
     ]
 
 
+def native_objects(level: int, generated: Path, sanitizers: tuple[str, ...]) -> list[Path]:
+    """What knows no Python; the program and the module under the same sanitizers share it."""
+    return build_objects(f'native_v{level}', NATIVE, ('-fPIC', *kernel_flags(level, generated, sanitizers)))
+
+
 @needs_compiler
 @pytest.mark.parametrize('sanitizers, level', [(MEMORY, 2), (THREADS, 3)], ids=['memory', 'threads'])
 def test_sessions(sanitizers: tuple[str, ...], level: int, generated: Path, tmp_path: Path) -> None:
-    sources = ['tests/native/session_test.cpp', *NATIVE]
-    program = build_program(f'session_test_v{level}', sources, kernel_flags(level, generated, sanitizers))
+    objects = native_objects(level, generated, sanitizers)
+    flags = kernel_flags(level, generated, sanitizers)
+    program = build_program(f'session_test_v{level}', ['tests/native/session_test.cpp'], flags, objects)
     suppressions = tmp_path / 'suppressions'
     suppressions.write_text(RACES_OF_OTHERS)
     run([program, embree_library()], TSAN_OPTIONS=f'suppressions={suppressions}')
@@ -98,7 +104,8 @@ def test_module(generated: Path) -> None:
     folders = (package / 'include', package / 'src', package / 'ext/robin_map/include', sysconfig.get_path('include'))
     flags = [*kernel_flags(2, generated, MEMORY), *(f'-isystem{path}' for path in folders)]
     flags += ['-DCOTORRA_VERSION="test"', '-fvisibility=hidden', '-fno-strict-aliasing']
-    built = build_module('cotorra_native', [*PYTHON, library, *NATIVE], flags)
+    objects = native_objects(2, generated, MEMORY)
+    built = build_module('cotorra_native', [*PYTHON, library], flags, objects)
     command = [sys.executable, ROOT / 'tests' / 'module_border.py', built, embree_library()]
     runtime = subprocess.run([*compiler(), '-print-file-name=libasan.so'], capture_output=True, text=True, check=True)
     standard = subprocess.run(

@@ -28,7 +28,7 @@ TYPED = {
     'Float': 2.7,
     'Int': 3,
     'Bool': True,
-    'Vector': (1.5, 0.2, -0.3),
+    'Vector': (1.5, 0.2, -2.3),  # true, though its mean is negative
 }
 
 
@@ -265,6 +265,28 @@ def test_random_trees(tmp_path: Path) -> None:
         np.testing.assert_allclose(mine, theirs, rtol=2e-3, atol=2e-3, err_msg=f'seed {seed}')
         colors.add(tuple(theirs))
     assert len(colors) > 20  # they are not all black
+
+
+def test_group_that_its_library_lacks_is_named(tmp_path: Path) -> None:
+    made = flat()
+    library, scene = tmp_path / 'library.blend', tmp_path / 'scene.blend'
+    kept = group('Kept', ('Color',), ('Color',), through)
+    bpy.data.libraries.write(str(library), {kept}, fake_user=True)
+    bpy.data.node_groups.remove(kept)
+    with bpy.data.libraries.load(str(library), link=True) as (found, wanted):
+        wanted.node_groups = found.node_groups
+    linked = made.node('Group', node_tree=wanted.node_groups[0])
+    linked.inputs[0].default_value = (0.9, 0.1, 0.2, 1.0)
+    made.link(linked.outputs[0], made.emission.inputs[0])
+    color, warnings = shown('COTORRA', tmp_path)
+    np.testing.assert_allclose(color, (0.9, 0.1, 0.2), rtol=1e-5)
+    assert not warnings
+    bpy.ops.wm.save_as_mainfile(filepath=str(scene))
+    library.unlink()
+    bpy.ops.wm.open_mainfile(filepath=str(scene))
+    color, warnings = shown('COTORRA', tmp_path)
+    assert color.tolist() == [0.0, 0.0, 0.0]  # as Cycles
+    assert warnings == ['Material "Material": node "Group": group "Kept" is missing from its library: 0 is used']
 
 
 # ---- Loops.

@@ -11,7 +11,8 @@ from typing import Any
 
 import bpy
 import pytest
-from cotorra import choices, ui
+from cotorra import choices, devices, native, stats, ui
+from cotorra.ui import render_panels
 
 from scenes import build
 
@@ -24,6 +25,7 @@ class Layout:
     def __init__(self, shown: list[str]) -> None:
         self.shown = shown
         self.active = self.enabled = True
+        self.scale_y = 1.0
 
     def prop(self, data: Any, name: str, **_options: Any) -> None:
         assert name in data.bl_rna.properties, f'{data.bl_rna.identifier} has no {name}'
@@ -41,11 +43,17 @@ class Layout:
     column = row
 
 
+def window(**context: Any) -> SimpleNamespace:
+    """What a panel knows of the window that it stands in."""
+    own = {'engine': 'COTORRA', 'scene': bpy.context.scene, 'view_layer': bpy.context.view_layer}
+    return SimpleNamespace(**own, preferences=bpy.context.preferences, region=SimpleNamespace(width=280), **context)
+
+
 def drawn(name: str, **context: Any) -> list[str]:
     """What the panel shows, header included; nothing where it does not show itself."""
     panel = getattr(bpy.types, name)
     shown: list[str] = []
-    context = SimpleNamespace(engine='COTORRA', scene=bpy.context.scene, view_layer=bpy.context.view_layer, **context)
+    context = window(**context)
     if not panel.poll(context):
         return shown
     # A registered class has its functions wrapped by Blender, which wants an instance that only Blender makes.
@@ -123,13 +131,23 @@ OWN = {
 def test_an_integrator_shows_its_own_settings(integrator):
     scene = build.new_scene()
     scene.cotorra.integrator = integrator
-    panels = ('COTORRA_RENDER_PT_integrator', 'COTORRA_RENDER_PT_ambient', 'COTORRA_RENDER_PT_outlines')
+    own = ('integrator', 'ambient', 'outlines', 'light_paths', 'light_paths_max_bounces')
+    panels = [f'COTORRA_RENDER_PT_{name}' for name in own]
     found = {name for panel in panels for name in drawn(panel)}
     assert OWN[integrator] <= found
     ambient = {'ambient_color', 'ambient_strength', 'use_ambient_occlusion', 'ao_distance'}
     for other, names in OWN.items():
         if other != integrator:
             assert not (names - OWN[integrator] - ambient) & found
+
+
+def test_limits_of_cycles_are_shown_where_they_hold():
+    scene = build.new_scene()
+    assert not [text for text in drawn('COTORRA_RENDER_PT_integrator') if 'Not set here' in text]  # they are the same
+    scene.cycles.max_bounces, scene.cycles.transparent_max_bounces = 3, 5
+    assert 'Not set here, so as for Cycles: Total 3, Transparent 5' in drawn('COTORRA_RENDER_PT_integrator')
+    scene.cotorra.max_bounces = 12
+    assert 'Not set here, so as for Cycles: Transparent 5' in drawn('COTORRA_RENDER_PT_integrator')
 
 
 def test_lamps_show_falloff_and_edge():
@@ -150,7 +168,7 @@ def test_every_panel_draws():
     scene = build.new_scene()
     light = bpy.data.lights.new('Spot', 'SPOT')
     names = [cls.__name__ for cls in ui.CLASSES if cls.__name__.startswith('COTORRA_RENDER')]
-    names += ['COTORRA_VIEWLAYER_PT_passes_data', 'COTORRA_VIEWLAYER_PT_passes_light']
+    names += ['COTORRA_VIEWLAYER_PT_override', 'COTORRA_VIEWLAYER_PT_passes_data', 'COTORRA_VIEWLAYER_PT_passes_light']
     for name in [*names, 'COTORRA_VIEWLAYER_PT_passes_terms', 'COTORRA_LIGHT_PT_light', 'COTORRA_LIGHT_PT_settings']:
         drawn(name, light=light)
     assert {'use_reinhard', 'reinhard_white'} <= set(drawn('COTORRA_RENDER_PT_film'))
@@ -158,4 +176,110 @@ def test_every_panel_draws():
     assert set(drawn('COTORRA_VIEWLAYER_PT_passes_terms')) == terms
     scene.cotorra.use_model_override = True
     told = drawn('COTORRA_MATERIAL_PT_model', material=bpy.data.materials.new('Made'))
-    assert any('renders all materials with one model' in text for text in told)
+    assert 'renders all materials with one model' in ' '.join(told)
+
+
+def shown_in(context: str) -> list[str]:
+    """Labels of the panels of one tab, in the order in which Blender shows them."""
+    own = list(ui.CLASSES)
+    blenders = [cls for cls in bpy.types.Panel.__subclasses__() if 'COTORRA' in getattr(cls, 'COMPAT_ENGINES', ())]
+    panels = [cls for cls in blenders if cls not in own] + own
+    at = [cls for cls in panels if getattr(cls, 'bl_context', '') == context and not hasattr(cls, 'bl_parent_id')]
+    return [cls.bl_label for cls in sorted(at, key=lambda cls: getattr(cls, 'bl_order', 0)) if cls.bl_label]
+
+
+def in_order(labels: list[str], *wanted: str) -> bool:
+    places = [labels.index(label) for label in wanted]
+    return places == sorted(places)
+
+
+def test_panels_stand_where_users_of_cycles_look_for_them():
+    render = shown_in('render')
+    assert render[:2] == ['Warnings', 'Sampling']
+    assert in_order(render, 'Sampling', 'Integrator', 'Light Paths', 'Film', 'Performance', 'Simplify')
+    assert render.count('Simplify') == 1
+    assert in_order(shown_in('view_layer'), 'Override', 'Passes')
+    material = ('Surface', 'Cotorra Model', 'Settings', 'Animation')
+    assert in_order(shown_in('material'), *material)
+    assert in_order(shown_in('data'), 'Light', 'Nodes', 'Settings')
+    assert in_order(shown_in('world'), 'Surface', 'Ray Visibility', 'Settings')
+
+
+def test_no_name_is_a_letter():
+    """D, G, F, n and k are what the papers say; the names beside the fields say what they are."""
+    for owner in (bpy.types.Material, bpy.types.Light, bpy.types.Scene, bpy.types.ViewLayer):
+        for setting in owner.bl_rna.properties['cotorra'].fixed_type.properties:
+            assert len(setting.name) > 2 and '()' not in setting.description, setting.identifier
+
+
+CARDS = [
+    {'name': 'Big', 'driver': 'Some 1.2', 'memory_bytes': 2**33, 'ray_query': True, 'problem': ''},
+    {'name': 'Old', 'driver': 'Other', 'memory_bytes': 0, 'ray_query': False, 'problem': 'it has no Vulkan 1.2'},
+]
+
+
+def device_panel() -> list[str]:
+    shown: list[str] = []
+    render_panels.draw_device(SimpleNamespace(layout=Layout(shown)), window())
+    return shown
+
+
+def test_graphics_cards_are_chosen_by_name(monkeypatch):
+    own = build.new_scene().cotorra
+    monkeypatch.setattr(devices, '_cards', CARDS)
+    monkeypatch.setattr(devices, '_items', {})
+    assert device_panel() == ['device']
+    own.device = 'VULKAN'
+    assert device_panel() == ['device', 'graphics_card']
+    assert own.graphics_card == 'AUTO' and own.device_index == -1
+    assert [words[:3] for words in devices.items(-1)][1:] == [
+        ('0', 'Big', 'Some 1.2, 8.0 GiB, ray tracing in hardware'),
+        ('1', 'Old', 'Other, it has no Vulkan 1.2'),
+    ]
+    own.graphics_card = '1'
+    assert own.device_index == 1
+    assert ' '.join(device_panel()[2:]) == 'Old: it has no Vulkan 1.2'
+    own.device_index = 4  # of a file from another machine
+    assert own.graphics_card == '4' and 'no such graphics card' in ' '.join(device_panel()[2:])
+
+
+def test_a_machine_without_vulkan_says_so_beside_the_choice(monkeypatch):
+    own = build.new_scene().cotorra
+    own.device = 'VULKAN'
+
+    def fail():
+        raise RuntimeError('this build of Cotorra has no Vulkan')
+
+    monkeypatch.setattr(devices, '_cards', None)
+    monkeypatch.setattr(devices, '_problem', '')
+    monkeypatch.setattr(devices, '_items', {})
+    monkeypatch.setattr(native, 'load', lambda: SimpleNamespace(devices=fail))
+    assert own.graphics_card == 'AUTO'
+    assert ' '.join(device_panel()[2:]) == 'this build of Cotorra has no Vulkan'
+
+
+def test_warnings_stay_in_sight():
+    scene = build.new_scene()
+    stats.clear(scene.name)
+    assert not drawn('COTORRA_RENDER_PT_warnings')
+    text = 'Material "Glass": node "Wave Texture" is not understood, and its inputs are left out of the picture'
+    entry = stats.LayerStats('ViewLayer', 1, warnings=[text, 'Object "Cube": has no faces'], error='No camera')
+    stats.record(scene.name, entry)
+    stats.record(scene.name, stats.LayerStats('Other', 1, warnings=[text]))
+    shown = drawn('COTORRA_RENDER_PT_warnings')
+    assert ' '.join(shown).split(' ') == f' No camera {text} Object "Cube": has no faces'.split(' ')
+    assert max(map(len, shown)) < 40, 'lines are broken where the region ends'
+    header: list[str] = []
+    redrawn: list[str] = []
+    areas = [
+        SimpleNamespace(type=kind, tag_redraw=lambda kind=kind: redrawn.append(kind))
+        for kind in ('VIEW_3D', 'PROPERTIES')
+    ]
+    windows = SimpleNamespace(windows=[SimpleNamespace(screen=SimpleNamespace(areas=areas))])
+    area = SimpleNamespace(image=SimpleNamespace(type='RENDER_RESULT'))
+    context = window(space_data=area, window_manager=windows)
+    for _ in range(2):
+        header.clear()
+        render_panels.draw_mark(SimpleNamespace(layout=Layout(header)), context)
+    assert header == ['3 in Render Properties > Warnings'] and redrawn == ['PROPERTIES']
+    stats.clear(scene.name)

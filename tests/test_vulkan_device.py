@@ -127,7 +127,7 @@ def test_normal_maps(module: ModuleType) -> None:
         images=(Image('normals', normals),),
         lights=texture_scenes.lights(((0.8, 0.3, -0.4), 3.0)),
     )
-    job = Job(module, buffers, texture_scenes.camera(0.9, 32), RenderSettings())
+    job = Job(module, buffers, texture_scenes.camera(0.9, 32), RenderSettings(integrator='DIRECT'))
     cpu, _ = job.render('CPU')
     gpu, _ = job.render('VULKAN')
     compare(cpu['combined'], gpu['combined'], 0.0, 'normal maps')

@@ -20,7 +20,7 @@ from cotorra.export.buffers import RenderSettings
 
 import vulkan
 import vulkan_jobs
-from native_build import build_module
+from native_build import build_module, has_header
 from render_calls import read_exr, render_to
 
 pytestmark = pytest.mark.usefixtures('engine')
@@ -34,6 +34,8 @@ def layer(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The folder of the layer's manifest."""
     if vulkan.lavapipe_driver() is None:
         pytest.skip('lavapipe is not installed (on Debian: apt-get install mesa-vulkan-drivers)')
+    if not has_header('vulkan/vk_layer.h'):
+        pytest.skip("no headers for Vulkan's layers (on Debian: apt-get install libvulkan-dev)")
     library = build_module('lost_layer', ['tests/native/lost_layer.cpp'])
     manifest = {
         'name': NAME,

@@ -195,14 +195,14 @@ def render(made: b.SceneBuffers, seen_by: b.Camera | None = None, **settings: An
     module = native.load()
     seen_by = camera() if seen_by is None else seen_by
     passes = settings.setdefault('passes', ('combined',))
-    settings.setdefault('samples', 1)
+    settings = {'integrator': 'DIRECT', 'samples': 1} | settings
     built = module.Scene(made, threads=1, embree=native.embree_library())
     session = module.Session(built, seen_by, b.RenderSettings(**settings))
     session.start()
     assert session.wait(300.0)
     result = {}
     for name in passes:
-        shape = (seen_by.region[3], seen_by.region[2], b.PASSES[name])
+        shape = (seen_by.region[3], seen_by.region[2], b.PASSES.get(name, 3))
         result[name] = np.zeros(shape, F32)
         session.read(name, result[name])
     result['stats'] = session.stats()

@@ -90,13 +90,14 @@ def job_of(module: ModuleType, scene: bpy.types.Scene, size: tuple[int, int] = S
     scene.render.resolution_x, scene.render.resolution_y = size
     scene.render.resolution_percentage = 100
     # What is exported of a material depends on it.
-    scene.cotorra.integrator = settings.get('integrator', scene.cotorra.integrator)
+    settings = {'integrator': 'DIRECT', 'samples': 4} | settings
+    scene.cotorra.integrator = settings['integrator']
     depsgraph = bpy.context.evaluated_depsgraph_get()
     log = Log()
     camera = export.export_camera(scene, scene.camera, log)
     buffers = export.export_scene(depsgraph, scene, bpy.context.view_layer, log)
     groups = tuple(f'lightgroup:{i}' for i in range(len(buffers.light_groups)))
-    settings = {'samples': 4, 'passes': ('combined', *groups)} | settings
+    settings = {'passes': ('combined', *groups)} | settings
     return Job(module, buffers, camera, RenderSettings(**settings))
 
 

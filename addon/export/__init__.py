@@ -9,6 +9,7 @@ from __future__ import annotations
 import bpy
 import numpy as np
 
+from .. import cycles_settings
 from ..log import Log
 from . import camera, instance_info, instances, layers, lights, materials, shapes, world
 from .buffers import I32, Camera, SceneBuffers
@@ -53,6 +54,7 @@ def export_scene(
     evaluated_layer = depsgraph.view_layer_eval
     for index, group in enumerate(walk.groups):
         instances.warn_unsupported(group, evaluated_layer, log)
+        cycles_settings.warn_object(group.obj, group.parent, engine_scene, log)
         if not instances.is_shown(group):
             continue
         visibility = instances.visibility(group, evaluated_layer)

@@ -13,6 +13,7 @@ import numpy as np
 
 from .. import choices
 from ..log import Log
+from . import bounds
 
 FALLOFFS = {identifier: index for index, (identifier, _, _) in enumerate(choices.FALLOFFS)}
 EDGES = {identifier: index for index, (identifier, _, _) in enumerate(choices.SPOT_EDGES)}
@@ -55,10 +56,15 @@ def read_beam(light: bpy.types.Light, name: str, log: Log) -> Beam | None:
         used |= {'inner_angle': min(own.inner_angle, own.outer_angle), 'outer_angle': own.outer_angle}
         if own.inner_angle > own.outer_angle:
             log.warning(f'Light "{name}": its inner angle is beyond the outer one: the outer one is used for both')
-    for field, value in used.items():
+    for field, value in list(used.items()):
         if not np.isfinite(value).all():
             log.warning(f'Light "{name}": {field} is not a finite number: Blender\'s falloff and edge are used')
             return BLENDERS_OWN
+        if np.max(value) > bounds.LARGEST:
+            log.warning(f'Light "{name}": {field} is beyond what can be rendered; {bounds.LARGEST:g} is used')
+            used[field] = value = (
+                tuple(np.minimum(value, bounds.LARGEST)) if isinstance(value, tuple) else bounds.LARGEST
+            )
         if field in NOTHING_AT_0 and not np.any(value):
             log.warning(f'Light "{name}": {NOTHING_AT_0[field]} 0: it lights nothing')
             return None

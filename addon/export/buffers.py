@@ -351,7 +351,7 @@ class RenderSettings:
     measure_tracing: trace every ray a second time, alone, to tell how much of the time is Embree's; for benchmarks.
     """
 
-    integrator: str = 'DIRECT'
+    integrator: str = 'PATH'
     samples: int = 64
     seed: int = 0
     max_bounces: int = 12

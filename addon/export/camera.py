@@ -13,7 +13,11 @@ import bpy
 import numpy as np
 
 from ..log import Log
+from . import bounds
 from .buffers import F32, Camera
+
+# What a lens may say at most: with all of them there, a ray through the picture still has a length and a direction.
+LARGEST = {'shift_x': 1e4, 'shift_y': 1e4, 'ortho_scale': 1e9, 'lens': 1e6, 'sensor_width': 1e6, 'sensor_height': 1e6}
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,17 +38,23 @@ def read_camera(
     scene: bpy.types.Scene, obj: bpy.types.Object, log: Log, region: tuple[int, int, int, int] | None
 ) -> Camera | None:
     """The camera `obj` in `scene`; None, with an error in the log, where its transform gives no view."""
+
+    def warn(text: str) -> None:
+        log.warning(f'Camera "{obj.name}": {text}')
+
     transform = _without_scale(np.array(obj.matrix_world, np.float64))
     if transform is None:
         log.error(f'Camera "{obj.name}": its transform is not invertible or not finite')
         return None
+    transform[:, 3] = bounds.color(transform[:, 3], (0.0, 0.0, 0.0), 'its place', warn)
     render = scene.render
     width, height = resolution(render)
-    lens = _read_lens(obj, log)
+    aspect_x, aspect_y = (_number(render, name, warn) for name in ('pixel_aspect_x', 'pixel_aspect_y'))
+    lens = _read_lens(obj, warn)
     return Camera(
         kind='ORTHO' if lens.orthographic else 'PERSP',
         transform=transform,
-        window=view_window(lens, width * render.pixel_aspect_x, height * render.pixel_aspect_y),
+        window=view_window(lens, width * aspect_x, height * aspect_y),
         clip=lens.clip,
         resolution=(width, height),
         region=region if region is not None else border_region(render),
@@ -84,36 +94,39 @@ def view_window(lens: Lens, width: float, height: float) -> tuple[float, float, 
     return x - half_x, x + half_x, y - half_y, y + half_y
 
 
-def _read_lens(obj: bpy.types.Object, log: Log) -> Lens:
+def _read_lens(obj: bpy.types.Object, warn: bounds.Warn) -> Lens:
     data = obj.data
     if isinstance(data, bpy.types.SpotLight):
         # One can look through a spot light: its cone is the field of view of a 32 mm sensor.
-        return Lens(focal_length=16.0 / math.tan(0.5 * data.spot_size))
+        return Lens(focal_length=16.0 / math.tan(0.5 * _number(data, 'spot_size', warn)))
     if not isinstance(data, bpy.types.Camera):
         return Lens()
     if data.type not in ('PERSP', 'ORTHO'):
-        log.warning(f'Camera "{obj.name}": type {data.type} is not supported yet: rendered as perspective')
+        warn(f'type {data.type} is not supported yet: rendered as perspective')
     if data.dof.use_dof:
-        log.warning(f'Camera "{obj.name}": depth of field is not supported yet: everything is in focus')
+        warn('depth of field is not supported yet: everything is in focus')
     return Lens(
         orthographic=data.type == 'ORTHO',
-        ortho_scale=data.ortho_scale,
-        focal_length=data.lens,
+        ortho_scale=_number(data, 'ortho_scale', warn),
+        focal_length=_number(data, 'lens', warn),
         sensor_fit=data.sensor_fit,
-        sensor_width=data.sensor_width,
-        sensor_height=data.sensor_height,
-        shift=(data.shift_x, data.shift_y),
-        clip=_clip(data, obj.name, log),
+        sensor_width=_number(data, 'sensor_width', warn),
+        sensor_height=_number(data, 'sensor_height', warn),
+        shift=(_number(data, 'shift_x', warn), _number(data, 'shift_y', warn)),
+        clip=_clip(_number(data, 'clip_start', warn), _number(data, 'clip_end', warn), warn),
     )
 
 
-def _clip(data: bpy.types.Camera, name: str, log: Log) -> tuple[float, float]:
-    if data.clip_start < data.clip_end:
-        return data.clip_start, data.clip_end
-    log.warning(
-        f'Camera "{name}": clip start {data.clip_start:g} is not before clip end {data.clip_end:g}: nothing is seen'
-    )
-    return data.clip_start, float(np.nextafter(np.float32(data.clip_start), np.float32(np.inf)))
+def _number(owner: bpy.types.bpy_struct, name: str, warn: bounds.Warn) -> float:
+    most = LARGEST.get(name, bounds.LARGEST)
+    return bounds.of_property(owner, name, warn, -most, most)
+
+
+def _clip(start: float, end: float, warn: bounds.Warn) -> tuple[float, float]:
+    if start < end:
+        return start, end
+    warn(f'clip start {start:g} is not before clip end {end:g}: nothing is seen')
+    return start, float(np.nextafter(np.float32(start), np.float32(np.inf)))
 
 
 def _without_scale(matrix: np.ndarray) -> F32 | None:
@@ -136,4 +149,4 @@ def _filter_width(scene: bpy.types.Scene, log: Log) -> float:
     if cycles.pixel_filter_type != 'BLACKMAN_HARRIS':
         kind = cycles.pixel_filter_type
         log.warning(f'Scene "{scene.name}": pixel filter {kind} is not supported yet: Blackman-Harris is used')
-    return cycles.filter_width
+    return bounds.of_property(cycles, 'filter_width', lambda text: log.warning(f'Scene "{scene.name}": {text}'))

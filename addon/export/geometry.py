@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..log import Log
+from . import bounds
 from .attributes import mesh_attribute
 from .buffers import F32, U32, Attribute, Mesh
 from .layers import Layers, Needs
@@ -37,18 +38,18 @@ def read_mesh(mesh: bpy.types.Mesh, owner: str, slot_count: int, layers: Layers,
     domain, normals = _normals(mesh)
     uv = _uv_layers(mesh, owner, layers, needs, log)
     slots = _slots(mesh, slot_count)
-    tangents = _tangents(mesh, positions, triangles, corner_tris, layers, needs)
+    tangents = _tangents(mesh, owner, positions, triangles, corner_tris, layers, needs, log)
     generated = _generated(mesh) if needs.generated else None
     attributes = _attributes(mesh, owner, layers, needs, log)
     by_corner = domain == 'CORNER' or any(attribute.domain == 'CORNER' for attribute in attributes)
     corners = corner_tris.copy() if uv is not None or tangents is not None or by_corner else None
 
     # Vertices without a place take their triangles with them.
-    if not (np.isfinite(positions.min()) and np.isfinite(positions.max())):
-        lost = ~np.isfinite(positions).all(axis=1)
+    if not _within(positions):
+        lost = ~(np.abs(positions) <= bounds.LARGEST).all(axis=1)
         keep = ~lost[triangles].any(axis=1)
         log.warning(
-            f'Object "{owner}": {lost.sum()} vertices of mesh "{mesh.name}" are at NaN or infinity; '
+            f'Object "{owner}": {lost.sum()} vertices of mesh "{mesh.name}" are at NaN, infinity or near it; '
             f'{(~keep).sum()} triangles that use them are left out'
         )
         positions[lost] = 0.0
@@ -108,7 +109,7 @@ def _normals(mesh: bpy.types.Mesh) -> tuple[str, F32 | None]:
 
 def _uv_layers(mesh: bpy.types.Mesh, owner: str, layers: Layers, needs: Needs, log: Log) -> F32 | None:
     """The UV maps as far as the last that is needed, one after the other; the active render one even if none is."""
-    found = _uv(mesh, '')
+    found = _uv(mesh, '', owner, log)
     last = max((layers.uv_layers.index(name) for name in needs.uv_maps), default=0)
     for name in sorted(needs.uv_maps):
         if _uv_layer(mesh, name) is None:
@@ -116,11 +117,18 @@ def _uv_layers(mesh: bpy.types.Mesh, owner: str, layers: Layers, needs: Needs, l
             log.warning(f'Object "{owner}": mesh "{mesh.name}" has no {shown}, which its material asks for: 0 is used')
     if last == 0 or found is None:
         return found
-    return np.concatenate([found] + [_uv_or_zero(mesh, name, needs) for name in layers.uv_layers[1 : last + 1]])
+    return np.concatenate(
+        [found] + [_uv_or_zero(mesh, name, needs, owner, log) for name in layers.uv_layers[1 : last + 1]]
+    )
 
 
-def _uv_or_zero(mesh: bpy.types.Mesh, name: str, needs: Needs) -> F32:
-    uv = _uv(mesh, name) if name in needs.uv_maps else None
+def _within(values: NDArray) -> bool:
+    """Whether all of an array that is not empty are numbers and not too large. False for NaN."""
+    return bool(values.min() >= -bounds.LARGEST and values.max() <= bounds.LARGEST)
+
+
+def _uv_or_zero(mesh: bpy.types.Mesh, name: str, needs: Needs, owner: str, log: Log) -> F32:
+    uv = _uv(mesh, name, owner, log) if name in needs.uv_maps else None
     return uv if uv is not None else np.zeros((len(mesh.loops), 2), np.float32)
 
 
@@ -131,13 +139,18 @@ def _uv_layer(mesh: bpy.types.Mesh, name: str) -> bpy.types.MeshUVLoopLayer | No
     return next((layer for layer in mesh.uv_layers if layer.active_render), None)
 
 
-def _uv(mesh: bpy.types.Mesh, name: str) -> F32 | None:
+def _uv(mesh: bpy.types.Mesh, name: str, owner: str, log: Log) -> F32 | None:
     layer = _uv_layer(mesh, name)
     if layer is None:
         return None
     uv = _read(layer.uv, 'vector', np.float32, 2)
-    if not (np.isfinite(uv.min()) and np.isfinite(uv.max())):
+    if not _within(uv):
+        log.warning(
+            f'Object "{owner}": UV map "{layer.name}" of mesh "{mesh.name}" holds NaN, infinity or numbers near it: '
+            f'{bounds.LARGEST:g} is used, and 0 where it is not finite'
+        )
         uv[~np.isfinite(uv)] = 0.0
+        np.clip(uv, -bounds.LARGEST, bounds.LARGEST, out=uv)
     return uv
 
 
@@ -161,7 +174,14 @@ def _of_triangles(attribute: Attribute, keep: NDArray[np.bool_]) -> Attribute:
 
 
 def _tangents(
-    mesh: bpy.types.Mesh, positions: F32, triangles: U32, corners: U32, layers: Layers, needs: Needs
+    mesh: bpy.types.Mesh,
+    owner: str,
+    positions: F32,
+    triangles: U32,
+    corners: U32,
+    layers: Layers,
+    needs: Needs,
+    log: Log,
 ) -> F32 | None:
     """The tangents of the UV maps that normal maps use, as far as the last that is needed."""
     names = [layers.uv_layers[index] for index in layers.tangent_layers]
@@ -173,11 +193,11 @@ def _tangents(
     normals[~np.isfinite(normals)] = 0.0
     found = []
     for name in names[: last + 1]:
-        uv = _uv(mesh, name) if name in needs.tangents else None
+        uv = _uv(mesh, name, owner, log) if name in needs.tangents else None
         if uv is None:
             found.append(np.zeros((len(mesh.loops), 4), np.float32))
         else:
-            at = np.nan_to_num(positions, nan=0.0, posinf=0.0, neginf=0.0)
+            at = np.where(np.abs(positions) <= bounds.LARGEST, positions, np.float32(0.0))
             found.append(corner_tangents(at, normals, uv, triangles, corners, len(mesh.loops)))
     return np.concatenate(found)
 
@@ -191,7 +211,9 @@ def _generated(mesh: bpy.types.Mesh) -> F32:
     center = np.array(mesh.texspace_location, np.float32)
     size = np.array(mesh.texspace_size, np.float32)
     halves = np.divide(np.float32(0.5), size, out=np.zeros(3, np.float32), where=size != 0.0)
-    return np.nan_to_num((places - center) * halves + np.float32(0.5))
+    with np.errstate(all='ignore'):
+        found = np.nan_to_num((places - center) * halves + np.float32(0.5))
+    return found.clip(-bounds.LARGEST, bounds.LARGEST)
 
 
 def _slots(mesh: bpy.types.Mesh, slot_count: int) -> U32 | None:

@@ -20,6 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..log import Log
+from . import bounds
 from .buffers import Image
 
 # Formats of files that are kept; what else there is (32-bit integers, doubles) becomes float.
@@ -139,6 +140,10 @@ class ImageTable:
         has_alpha = pixels.shape[2] in (2, 4)
         if has_alpha and coding.alpha_mode == 'NONE':
             pixels, has_alpha = np.ascontiguousarray(pixels[:, :, :-1]), False
+        if pixels.dtype.kind == 'f' and not (np.isfinite(pixels.min()) and np.isfinite(pixels.max())):
+            self.log.warning(f'Image "{image.name}": it holds NaN or infinity; 0 and the largest number are used')
+            largest = min(float(np.finfo(pixels.dtype).max), bounds.LARGEST)
+            np.nan_to_num(pixels, copy=False, nan=0.0, posinf=largest, neginf=-largest)
         srgb = coding.space == 'sRGB' and self.working_space == REC709
         known = coding.data or srgb or coding.space in (self.working_space, 'scene_linear')
         associated = has_alpha and coding.associates

@@ -6,6 +6,7 @@ Radiance is derived in the native module. Emissive meshes are materials, the wor
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import bpy
@@ -13,12 +14,14 @@ import numpy as np
 
 from ..lamps import pass_names, pass_numbers
 from ..log import Log
+from . import bounds
 from .beams import Beam, beam_arrays, read_beam
 from .buffers import F32, I32, LIGHT_POINT, LIGHT_SPOT, LIGHT_SUN, Lights
 from .shaders import ShaderTable
 from .sockets import Color
 
 TYPES = {'POINT': LIGHT_POINT, 'SUN': LIGHT_SUN, 'SPOT': LIGHT_SPOT}
+BLACK: Color = (0.0, 0.0, 0.0)
 MAX_BOUNCES = 1024  # Cycles' default, where its settings do not exist
 
 
@@ -52,6 +55,9 @@ def read_lamp(
 ) -> Lamp | None:
     """The lamp of a light object, or None where it gives no light or is of a kind that is not supported yet."""
     light = obj.data
+    settings = getattr(light, 'cycles', None)  # absent where the Cycles add-on is disabled
+    if light.type == 'AREA' and getattr(settings, 'is_portal', False):
+        return None  # it shows where the world's light comes in, and gives none itself
     if light.type not in TYPES:
         log.warning(f'Light "{obj.name}": {light.type.lower()} lights are not supported yet: left out')
         return None
@@ -59,24 +65,20 @@ def read_lamp(
     def warn(text: str) -> None:
         log.warning(f'Light "{obj.name}": {text}')
 
-    strength = _strength(light)
+    strength = _strength(light, warn)
     if not any(strength) or not visibility:
-        return None
-    if not np.isfinite(strength).all():
-        warn('its strength is not a finite number: left out')
         return None
     beam = read_beam(light, obj.name, log)
     if beam is None:
         return None
     spot = light.type == 'SPOT'
-    settings = getattr(light, 'cycles', None)  # absent where the Cycles add-on is disabled
     return Lamp(
         name=obj.name,
         type=TYPES[light.type],
         strength=strength,
-        size=max(light.angle if light.type == 'SUN' else light.shadow_soft_size, 0.0),
-        spot_size=light.spot_size if spot else 0.0,
-        spot_blend=light.spot_blend if spot else 0.0,
+        size=bounds.of_property(light, 'angle' if light.type == 'SUN' else 'shadow_soft_size', warn, 0.0),
+        spot_size=bounds.of_property(light, 'spot_size', warn, 0.0) if spot else 0.0,
+        spot_blend=bounds.of_property(light, 'spot_blend', warn, 0.0, 1.0) if spot else 0.0,
         soft_falloff=light.type != 'SUN' and light.use_soft_falloff,
         normalize=light.normalize,
         cast_shadow=light.use_shadow and getattr(settings, 'cast_shadow', True),
@@ -129,16 +131,20 @@ def _pass_indices(names: list[str], view_layer: bpy.types.ViewLayer) -> I32 | No
     return np.array([numbers.get(pass_of.get(name, ''), -1) for name in names], np.int32)
 
 
-def _strength(light: bpy.types.Light) -> Color:
-    """Colour × temperature colour × energy × 2^exposure."""
-    color = np.array(light.color, np.float64) * light.energy * 2.0**light.exposure
+def _strength(light: bpy.types.Light, warn: Callable[[str], None]) -> Color:
+    """Colour × temperature colour × energy × 2^exposure; black where it is no number."""
+    with np.errstate(all='ignore'):
+        color = np.array(light.color, np.float64) * light.energy * np.exp2(np.float64(light.exposure))
     if light.use_temperature:
         color *= light.temperature_color
-    return tuple(float(part) for part in color)
+    if not np.isfinite(color).all():
+        warn('its strength is not a finite number: left out')
+        return BLACK
+    return bounds.color(color, BLACK, 'its strength', warn)
 
 
 def _usable(transforms: F32) -> np.ndarray:
     """Which transforms are finite and invertible: a lamp needs all its axes for its direction and its cone."""
-    finite = np.isfinite(transforms).all(axis=(1, 2))
+    finite = (np.abs(transforms) <= bounds.LARGEST).all(axis=(1, 2))
     linear = np.where(finite[:, None, None], transforms[:, :, :3], 0.0).astype(np.float64)
     return finite & (np.linalg.det(linear) != 0.0)

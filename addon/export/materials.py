@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 import bpy
 import numpy as np
 
+from .. import cycles_settings
 from ..log import Log
 from .buffers import U32, Materials
 from .models import model_arrays
@@ -96,6 +97,10 @@ def _read(material: bpy.types.Material, table: MaterialTable) -> Row:
     def warn(text: str) -> None:
         table.log.warning(f'Material "{material.name}": {text}')
 
+    index = table.shaders.index(material, warn)
+    if table.shaders.lets_through(index):
+        cycles_settings.warn_owner(f'Material "{material.name}"', material, None, table.log)
     settings = getattr(material, 'cycles', None)  # absent where the Cycles add-on is disabled
+    cycles_settings.warn_owner(f'Material "{material.name}"', settings, None, table.log)
     sampled = getattr(settings, 'emission_sampling', 'AUTO') != 'NONE'
-    return Row(material.name, material, table.shaders.index(material, warn), material.pass_index, sampled)
+    return Row(material.name, material, index, material.pass_index, sampled)

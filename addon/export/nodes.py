@@ -238,7 +238,7 @@ def _tree_links(
 ) -> tuple[dict[bpy.types.NodeSocket, bpy.types.NodeSocket], list[str]]:
     """The links in use by the input where they end, without those that close a loop; and a text for each of these.
 
-    In a tree with a loop Blender calls links invalid that are none of its links; else those that lead nowhere.
+    In a tree with a loop Blender also calls others invalid; elsewhere only links between types that do not fit.
     """
     found: dict[bpy.types.NodeSocket, bpy.types.NodeSocket] = {}
     invalid: list[bpy.types.NodeSocket] = []
@@ -253,7 +253,7 @@ def _tree_links(
             invalid.append(end)
         found[end] = start
         below.setdefault(link.to_node, {})[link.from_node] = None
-    cut = list(_loops(below))
+    cut = dict.fromkeys(_loops(below))
     if cut:
         found = {end: start for end, start in found.items() if (start.node, end.node) not in cut}
     else:
@@ -304,7 +304,10 @@ def _handed_on(trees: Trees, output: bpy.types.NodeSocket, contexts: tuple[Conte
 
 def _group(trees: Trees, found: Source, depth: int) -> Handed:
     tree = found.node.node_tree
-    if tree is None or tree.is_missing or any(context.node == found.node for context in found.contexts):
+    if tree is None or any(context.node == found.node for context in found.contexts):
+        return None
+    if tree.original.is_missing:
+        trees.warn(f'node "{found.node.name}": group "{tree.name}" is missing from its library: 0 is used')
         return None
     for node in tree.nodes:
         if node.type == 'GROUP_OUTPUT' and node.is_active_output:

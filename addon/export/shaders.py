@@ -46,6 +46,19 @@ class ShaderTable:
             self.drafts.append(draft)
         return self._index[key]
 
+    def lets_through(self, index: int) -> bool:
+        """Whether a shader may let light through: a transparent closure, or an alpha that is not 1."""
+        found = self.drafts[index].shader
+        kinds = shader.tables().closures
+        for row in found.closures:
+            if row['kind'] == kinds['transparent'].number:
+                return True
+            if row['kind'] == kinds['principled'].number:
+                alpha = found.closure_args[row['first_arg'] + len(kinds['principled'].arguments) - 1]
+                if alpha >= 0 or found.constants[~alpha][0] != 1.0:
+                    return True
+        return False
+
     def resolved(self, numbers: dict[tuple[str, str], int]) -> tuple[Shader, ...]:
         """All shaders, with the numbers of their layers: see `Layers.numbers`."""
         return tuple(draft.resolved(numbers) for draft in self.drafts)

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..log import Log
-from . import geometry
+from . import bounds, geometry
 from .buffers import F32, I32, Instances, Mesh
 from .instances import Group
 from .layers import Layers
@@ -52,7 +52,7 @@ def read_shape(
         pass_index=group.obj.pass_index,
         visibility=visibility,
         light_group=light_group,
-        terminator=group.obj.shadow_terminator_geometry_offset,
+        terminator=min(max(0.0, group.obj.shadow_terminator_geometry_offset), 1.0),  # 0 for NaN
     )
 
 
@@ -128,7 +128,7 @@ def _unusable(transforms: F32, keep: NDArray[np.bool_], shape_of: I32) -> list[t
 
     A scale of 0 along one axis makes a flat object, which can be seen; along two axes nothing is left.
     """
-    broken = keep & ~np.isfinite(transforms).all(axis=(1, 2))
+    broken = keep & ~(np.abs(transforms) <= bounds.LARGEST).all(axis=(1, 2))
     keep &= ~broken
     x, y, z = (transforms[:, :, axis] for axis in range(3))
     with np.errstate(all='ignore'):
@@ -137,6 +137,9 @@ def _unusable(transforms: F32, keep: NDArray[np.bool_], shape_of: I32) -> list[t
     areas = [np.linalg.norm(np.cross(axes[:, :, i], axes[:, :, j]), axis=1) for i, j in ((0, 1), (1, 2), (2, 0))]
     vanished = singular[np.max(areas, axis=0) == 0.0]
     keep[vanished] = False
-    found = [(int(index), 'its transform holds NaN or infinity: left out') for index in np.unique(shape_of[broken])]
+    found = [
+        (int(index), 'its transform holds NaN, infinity or numbers near it: left out')
+        for index in np.unique(shape_of[broken])
+    ]
     found += [(int(index), 'its scale is zero along two axes: left out') for index in np.unique(shape_of[vanished])]
     return found

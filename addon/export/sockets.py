@@ -47,7 +47,9 @@ def converted(value: Value, types: tuple[str, ...]) -> Value:
     """
     at = types[0]
     for kind in types[1:]:
-        if kind != at:
+        if (at, kind) == ('VECTOR', 'BOOLEAN'):
+            value = any(value)
+        elif kind != at:
             value = ZEROS[kind] if at not in NUMBERS or kind not in INTO else INTO[kind](NUMBERS[at](value))
         at = kind
     return value

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import bpy
 
+from .. import cycles_settings
 from ..log import Log
 from .buffers import (
     VISIBLE_CAMERA,
@@ -40,6 +41,7 @@ def read_world(
     world = getattr(view_layer, 'world_override', None) or scene.world  # 5.x can override it
     if world is None or not view_layer.use_sky:
         return World()
+    cycles_settings.warn_world(world, scene, log)
     flags = getattr(world, 'cycles_visibility', None)  # absent where the Cycles add-on is disabled
     visibility = VISIBLE_SHADOW | sum(bit for name, bit in VISIBILITY.items() if getattr(flags, name, True))
     group = groups.get(world.lightgroup, -1)

@@ -13,6 +13,7 @@ from functools import cache
 import bpy
 import numpy as np
 
+from ..export.bounds import LARGEST
 from ..export.images import ImageTable
 from ..export.sockets import LUMINANCE
 from .feeds import Constant, Contexts, Fed, Feeds
@@ -127,6 +128,14 @@ class Reader:
         if not finite(number):
             self.warn(f'node "{self.feeds.name(socket.node)}": {socket.name} is not a finite number: 0 is used')
             number = (0.0, 0.0, 0.0) if isinstance(number, tuple) else 0.0
+        parts = number if isinstance(number, tuple) else (number,)
+        if max(map(abs, parts)) > LARGEST:
+            self.warn(
+                f'node "{self.feeds.name(socket.node)}": {socket.name} is beyond what can be rendered: '
+                f'{LARGEST:g} is used'
+            )
+            parts = tuple(min(max(part, -LARGEST), LARGEST) for part in parts)
+            number = parts if isinstance(number, tuple) else parts[0]
         return self.converted(self.builder.constant(number), kind, 'VECTOR' if vector else 'VALUE')
 
     def output(self, fed: Fed, shift: Shift) -> Ref | None:

@@ -10,13 +10,16 @@ import bpy
 
 from . import data_panels, integrator_panels, layer_panels, model_panels, render_panels, standard_panels
 
-# Panels that stand in others come after them.
+# In the order in which Blender shows them; panels that stand in others come after them.
 CLASSES = (
-    *render_panels.CLASSES,
+    *render_panels.FIRST_CLASSES,
     *integrator_panels.CLASSES,
+    *model_panels.RENDER_CLASSES,
+    *render_panels.LAST_CLASSES,
     *layer_panels.CLASSES,
     *data_panels.CLASSES,
     *model_panels.CLASSES,
+    *data_panels.LAST_CLASSES,
 )
 
 
@@ -25,9 +28,11 @@ def register() -> None:
     for cls in CLASSES:
         bpy.utils.register_class(cls)
     model_panels.register_presets()
+    render_panels.register_draws()
 
 
 def unregister() -> None:
+    render_panels.unregister_draws()
     model_panels.unregister_presets()
     for cls in reversed(CLASSES):
         bpy.utils.unregister_class(cls)

@@ -99,6 +99,16 @@ class COTORRA_LIGHT_PT_falloff(LightPanel, bpy.types.Panel):
             terms.prop(own, 'c2')
 
 
+class COTORRA_LIGHT_PT_nodes(LightPanel, bpy.types.Panel):
+    bl_label = 'Nodes'
+    bl_options = {'DEFAULT_CLOSED'}
+
+    def draw(self, context):
+        self.layout.use_property_split = True
+        if not node_input(self.layout, context.light, 'Surface'):
+            self.layout.label(text='This light has no nodes')
+
+
 class COTORRA_LIGHT_PT_settings(LightPanel, bpy.types.Panel):
     bl_label = 'Settings'
     bl_options = {'DEFAULT_CLOSED'}
@@ -145,10 +155,23 @@ class COTORRA_WORLD_PT_ray_visibility(CotorraPanel, bpy.types.Panel):
             layout.prop(visibility, name)
 
 
+class COTORRA_WORLD_PT_settings(CotorraPanel, bpy.types.Panel):
+    bl_label = 'Settings'
+    bl_context = 'world'
+    bl_options = {'DEFAULT_CLOSED'}
+
+    @classmethod
+    def poll(cls, context):
+        return context.world is not None and super().poll(context)
+
+    def draw(self, context):
+        pass
+
+
 class COTORRA_WORLD_PT_light_group(CotorraPanel, bpy.types.Panel):
     bl_label = 'Light Group'
     bl_context = 'world'
-    bl_options = {'DEFAULT_CLOSED'}
+    bl_parent_id = 'COTORRA_WORLD_PT_settings'
 
     @classmethod
     def poll(cls, context):
@@ -226,12 +249,16 @@ CLASSES = (
     COTORRA_LIGHT_PT_light,
     COTORRA_LIGHT_PT_falloff,
     COTORRA_LIGHT_PT_beam_shape,
+    COTORRA_LIGHT_PT_nodes,
     COTORRA_LIGHT_PT_settings,
     COTORRA_WORLD_PT_surface,
     COTORRA_WORLD_PT_ray_visibility,
+    COTORRA_WORLD_PT_settings,
     COTORRA_WORLD_PT_light_group,
     COTORRA_MATERIAL_PT_surface,
-    COTORRA_MATERIAL_PT_settings,
     COTORRA_OBJECT_PT_light_group,
     COTORRA_OBJECT_PT_ray_visibility,
 )
+
+# The material's settings come after its model, of model_panels.py.
+LAST_CLASSES = (COTORRA_MATERIAL_PT_settings,)

@@ -8,7 +8,8 @@ from __future__ import annotations
 
 import bpy
 
-from .panel import CotorraPanel, split_layout
+from .. import cycles_settings
+from .panel import CotorraPanel, split_layout, wrapped
 
 
 class COTORRA_RENDER_PT_integrator(CotorraPanel, bpy.types.Panel):
@@ -18,7 +19,33 @@ class COTORRA_RENDER_PT_integrator(CotorraPanel, bpy.types.Panel):
         layout = split_layout(self)
         settings = context.scene.cotorra
         layout.prop(settings, 'integrator')
-        DRAW[settings.integrator](layout, settings)
+        if settings.integrator == 'TOON':
+            wrapped(layout, context, 'The tones are set in Material > Cotorra Model')
+        elif settings.integrator in DRAW:
+            DRAW[settings.integrator](layout, settings)
+
+
+class BouncesPanel(CotorraPanel):
+    @classmethod
+    def poll(cls, context):
+        return super().poll(context) and context.scene.cotorra.integrator in BOUNCES
+
+
+class COTORRA_RENDER_PT_light_paths(BouncesPanel, bpy.types.Panel):
+    bl_label = 'Light Paths'
+    bl_options = {'DEFAULT_CLOSED'}
+
+    def draw(self, context):
+        pass
+
+
+class COTORRA_RENDER_PT_light_paths_max_bounces(BouncesPanel, bpy.types.Panel):
+    bl_label = 'Max Bounces'
+    bl_parent_id = 'COTORRA_RENDER_PT_light_paths'
+
+    def draw(self, context):
+        settings = context.scene.cotorra
+        BOUNCES[settings.integrator](split_layout(self), settings)
 
 
 class COTORRA_RENDER_PT_ambient(CotorraPanel, bpy.types.Panel):
@@ -66,17 +93,32 @@ class COTORRA_RENDER_PT_outlines(CotorraPanel, bpy.types.Panel):
         where.prop(settings, 'outline_object')
 
 
+def draw_inherited(layout: bpy.types.UILayout, settings: bpy.types.PropertyGroup, *names: str) -> None:
+    """Settings in whose place those for Cycles hold until they are set, with these where they differ."""
+    used = {name: cycles_settings.inherited(settings.id_data, name) for name in names}
+    for name in names:
+        layout.prop(settings, name)
+    others = [name for name in names if used[name] != getattr(settings, name)]
+    if others:
+        shown = ', '.join(f'{settings.bl_rna.properties[name].name} {used[name]:g}' for name in others)
+        layout.label(text=f'Not set here, so as for Cycles: {shown}', icon='INFO')
+
+
 def draw_direct(layout: bpy.types.UILayout, settings: bpy.types.PropertyGroup) -> None:
-    layout.prop(settings, 'transparent_bounces')
+    draw_inherited(layout, settings, 'transparent_bounces')
 
 
 def draw_path(layout: bpy.types.UILayout, settings: bpy.types.PropertyGroup) -> None:
-    bounces = layout.column(align=True, heading='Bounces')
-    bounces.prop(settings, 'max_bounces')
-    bounces.prop(settings, 'diffuse_bounces')
-    bounces.prop(settings, 'glossy_bounces')
-    bounces.prop(settings, 'transmission_bounces')
-    bounces.prop(settings, 'transparent_bounces')
+    bounces = layout.column(align=True)
+    draw_inherited(
+        bounces,
+        settings,
+        'max_bounces',
+        'diffuse_bounces',
+        'glossy_bounces',
+        'transmission_bounces',
+        'transparent_bounces',
+    )
 
 
 def draw_whitted(layout: bpy.types.UILayout, settings: bpy.types.PropertyGroup) -> None:
@@ -87,19 +129,18 @@ def draw_whitted(layout: bpy.types.UILayout, settings: bpy.types.PropertyGroup) 
 
 
 def draw_occlusion(layout: bpy.types.UILayout, settings: bpy.types.PropertyGroup) -> None:
-    layout.prop(settings, 'ao_distance')
+    draw_inherited(layout, settings, 'ao_distance')
 
 
-def draw_toon(layout: bpy.types.UILayout, settings: bpy.types.PropertyGroup) -> None:
-    layout.label(text='Tones are set by the material, below Cotorra Model', icon='INFO')
+DRAW = {'WHITTED': draw_whitted, 'AO': draw_occlusion}
 
+# Integrators whose rays are counted, and the limits that they have.
+BOUNCES = {'DIRECT': draw_direct, 'PATH': draw_path}
 
-DRAW = {
-    'DIRECT': draw_direct,
-    'PATH': draw_path,
-    'WHITTED': draw_whitted,
-    'AO': draw_occlusion,
-    'TOON': draw_toon,
-}
-
-CLASSES = (COTORRA_RENDER_PT_integrator, COTORRA_RENDER_PT_ambient, COTORRA_RENDER_PT_outlines)
+CLASSES = (
+    COTORRA_RENDER_PT_integrator,
+    COTORRA_RENDER_PT_ambient,
+    COTORRA_RENDER_PT_outlines,
+    COTORRA_RENDER_PT_light_paths,
+    COTORRA_RENDER_PT_light_paths_max_bounces,
+)

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Cotorra's panels among the View Layer properties: the passes that it can render, and no others.
 
-Overrides are Blender's own panel, and light groups too, here under the passes.
+Before them stand overrides, for which Blender 4.5 has no panel of its own; light groups are Blender's.
 """
 
 from __future__ import annotations
@@ -13,10 +13,32 @@ from ..choices import ENGINE
 from .panel import CotorraPanel, split_layout
 
 
+class COTORRA_VIEWLAYER_PT_override(CotorraPanel, bpy.types.Panel):
+    bl_label = 'Override'
+    bl_context = 'view_layer'
+    bl_options = {'DEFAULT_CLOSED'}
+
+    def draw(self, context):
+        layout = split_layout(self)
+        layer = context.view_layer
+        layout.prop(layer, 'material_override')
+        if hasattr(layer, 'world_override'):
+            layout.prop(layer, 'world_override')
+        layout.prop(layer, 'samples')
+
+
+class COTORRA_VIEWLAYER_PT_passes(CotorraPanel, bpy.types.Panel):
+    bl_label = 'Passes'
+    bl_context = 'view_layer'
+
+    def draw(self, context):
+        pass
+
+
 class COTORRA_VIEWLAYER_PT_passes_data(CotorraPanel, bpy.types.Panel):
     bl_label = 'Data'
     bl_context = 'view_layer'
-    bl_parent_id = 'VIEWLAYER_PT_layer_passes'
+    bl_parent_id = 'COTORRA_VIEWLAYER_PT_passes'
 
     def draw(self, context):
         layout = split_layout(self)
@@ -36,7 +58,7 @@ class COTORRA_VIEWLAYER_PT_passes_data(CotorraPanel, bpy.types.Panel):
 class COTORRA_VIEWLAYER_PT_passes_light(CotorraPanel, bpy.types.Panel):
     bl_label = 'Light'
     bl_context = 'view_layer'
-    bl_parent_id = 'VIEWLAYER_PT_layer_passes'
+    bl_parent_id = 'COTORRA_VIEWLAYER_PT_passes'
 
     def draw(self, context):
         layout = split_layout(self)
@@ -52,7 +74,7 @@ class COTORRA_VIEWLAYER_PT_passes_light(CotorraPanel, bpy.types.Panel):
 class COTORRA_VIEWLAYER_PT_passes_terms(CotorraPanel, bpy.types.Panel):
     bl_label = 'Terms'
     bl_context = 'view_layer'
-    bl_parent_id = 'VIEWLAYER_PT_layer_passes'
+    bl_parent_id = 'COTORRA_VIEWLAYER_PT_passes'
 
     def draw(self, context):
         layout = split_layout(self)
@@ -61,15 +83,17 @@ class COTORRA_VIEWLAYER_PT_passes_terms(CotorraPanel, bpy.types.Panel):
         terms.prop(own, 'use_pass_distribution')
         terms.prop(own, 'use_pass_masking')
         terms.prop(own, 'use_pass_fresnel')
-        layout.column(heading='Light').prop(own, 'use_pass_lights')
+        layout.column(heading='Lights').prop(own, 'use_pass_lights')
 
 
 class COTORRA_VIEWLAYER_PT_passes_light_groups(ViewLayerLightgroupsPanelHelper, bpy.types.Panel):
-    bl_parent_id = 'VIEWLAYER_PT_layer_passes'
+    bl_parent_id = 'COTORRA_VIEWLAYER_PT_passes'
     COMPAT_ENGINES = {ENGINE}
 
 
 CLASSES = (
+    COTORRA_VIEWLAYER_PT_override,
+    COTORRA_VIEWLAYER_PT_passes,
     COTORRA_VIEWLAYER_PT_passes_data,
     COTORRA_VIEWLAYER_PT_passes_light,
     COTORRA_VIEWLAYER_PT_passes_terms,

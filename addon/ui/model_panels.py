@@ -15,7 +15,7 @@ from bl_ui.utils import PresetPanel
 from .. import choices
 from ..material_settings import CotorraMaterialSettings
 from .data_panels import MaterialPanel
-from .panel import CotorraPanel, split_layout
+from .panel import CotorraPanel, split_layout, wrapped
 
 PRESETS = 'cotorra/material'
 ROOT = str(Path(__file__).resolve().parent.parent)
@@ -54,7 +54,7 @@ class COTORRA_MATERIAL_PT_model(MaterialPanel, bpy.types.Panel):
         own = context.material.cotorra
         scene = context.scene.cotorra
         if scene.use_model_override:
-            layout.label(text='The scene renders all materials with one model', icon='INFO')
+            wrapped(layout, context, 'The scene renders all materials with one model')
         draw_model(layout, own)
         if scene.integrator == 'WHITTED':
             draw_whitted(layout, own)
@@ -150,5 +150,5 @@ CLASSES = (
     COTORRA_PT_material_presets,
     COTORRA_OT_material_preset_add,
     COTORRA_MATERIAL_PT_model,
-    COTORRA_RENDER_PT_model_override,
 )
+RENDER_CLASSES = (COTORRA_RENDER_PT_model_override,)

@@ -6,9 +6,13 @@ No panel is defined here.
 
 from __future__ import annotations
 
+import textwrap
+
 import bpy
 
 from ..choices import ENGINE
+
+LETTER_WIDTH = 6.5  # of Blender's font in pixels, on average and at a scale of 1
 
 
 class CotorraPanel:
@@ -28,6 +32,16 @@ def split_layout(panel: bpy.types.Panel) -> bpy.types.UILayout:
     layout.use_property_split = True
     layout.use_property_decorate = False
     return layout
+
+
+def wrapped(layout: bpy.types.UILayout, context: bpy.types.Context, text: str, icon: str = 'INFO') -> None:
+    """A text of any length, broken into lines: a label would be cut at the region's edge."""
+    region, preferences = getattr(context, 'region', None), context.preferences
+    width = (region.width if region is not None else 400) / (preferences.system.ui_scale or 1.0)
+    column = layout.column(align=True)
+    column.scale_y = 0.8
+    for number, line in enumerate(textwrap.wrap(text, max(20, int((width - 60) / LETTER_WIDTH)))):
+        column.label(text=line, icon=icon if number == 0 else 'BLANK1')
 
 
 def light_group(layout: bpy.types.UILayout, owner: bpy.types.ID, view_layer: bpy.types.ViewLayer) -> None:

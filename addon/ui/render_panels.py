@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Cotorra's panels among the Render properties: sampling, film, performance.
+"""Cotorra's panels among the Render properties, but for integrators.
 
 The settings are defined in properties.py, or are Blender's own.
 """
@@ -7,8 +7,73 @@ The settings are defined in properties.py, or are Blender's own.
 from __future__ import annotations
 
 import bpy
+from bl_ui.properties_grease_pencil_common import GreasePencilSimplifyPanel
 
-from .panel import CotorraPanel, split_layout
+from .. import devices, native, stats
+from ..choices import ENGINE
+from .panel import CotorraPanel, split_layout, wrapped
+
+SHOWN_WARNINGS = 20
+
+_marked: list[str] = []  # what the mark in the image editor told last
+
+
+def draw_device(self, context):
+    """Below Blender's choice of the engine."""
+    if context.engine != ENGINE:
+        return
+    layout = split_layout(self)
+    settings = context.scene.cotorra
+    layout.prop(settings, 'device')
+    if settings.device != 'CPU':
+        layout.prop(settings, 'graphics_card')
+        problem = devices.problem(settings.device_index)
+        if problem:
+            wrapped(layout, context, problem, 'ERROR')
+
+
+def problems(scene: bpy.types.Scene) -> list[str]:
+    """What the user should know of the scene's last render, errors first, each once."""
+    layers = stats.last(scene.name)
+    restart = [native.RESTART] if native.restart_needed() else []
+    errors = [entry.error for entry in layers if entry.error]
+    return list(dict.fromkeys([*restart, *errors, *(text for entry in layers for text in entry.warnings)]))
+
+
+def draw_mark(self, context):
+    """In the header of the image editor, over the render result."""
+    global _marked
+    image = context.space_data.image
+    if context.engine != ENGINE or image is None or image.type != 'RENDER_RESULT':
+        return
+    found = problems(context.scene)
+    if found:
+        self.layout.label(text=f'{len(found)} in Render Properties > Warnings', icon='ERROR')
+    # A render draws the image editor anew and not the panel; it may not do so itself, in a thread of its own.
+    if found != _marked:
+        _marked = found
+        for window in context.window_manager.windows:
+            for area in window.screen.areas:
+                if area.type == 'PROPERTIES':
+                    area.tag_redraw()
+
+
+class COTORRA_RENDER_PT_warnings(CotorraPanel, bpy.types.Panel):
+    bl_label = 'Warnings'
+
+    @classmethod
+    def poll(cls, context):
+        return super().poll(context) and bool(problems(context.scene))
+
+    def draw_header_preset(self, _context):
+        self.layout.label(text='', icon='ERROR')
+
+    def draw(self, context):
+        found = problems(context.scene)
+        for text in found[:SHOWN_WARNINGS]:
+            wrapped(self.layout, context, text, 'DOT')
+        if len(found) > SHOWN_WARNINGS:
+            self.layout.label(text=f'{len(found) - SHOWN_WARNINGS} more in the Info editor')
 
 
 class COTORRA_RENDER_PT_sampling(CotorraPanel, bpy.types.Panel):
@@ -17,12 +82,6 @@ class COTORRA_RENDER_PT_sampling(CotorraPanel, bpy.types.Panel):
     def draw(self, context):
         layout = split_layout(self)
         settings = context.scene.cotorra
-        layout.prop(settings, 'device')
-        if settings.device != 'CPU':
-            layout.prop(settings, 'device_index')
-            layout.prop(settings, 'ray_tracing')
-            layout.prop(settings, 'use_device_fallback')
-
         heading = layout.column(align=True, heading='Noise Threshold')
         row = heading.row(align=True)
         row.prop(settings, 'use_adaptive_sampling', text='')
@@ -37,7 +96,7 @@ class COTORRA_RENDER_PT_sampling(CotorraPanel, bpy.types.Panel):
         else:
             column.prop(settings, 'samples')
         if context.view_layer.samples:
-            layout.label(text=f'The view layer sets {context.view_layer.samples} samples', icon='INFO')
+            wrapped(layout, context, f'The view layer sets {context.view_layer.samples} samples')
 
 
 class COTORRA_RENDER_PT_sampling_seed(CotorraPanel, bpy.types.Panel):
@@ -60,11 +119,10 @@ class COTORRA_RENDER_PT_film(CotorraPanel, bpy.types.Panel):
 
     def draw(self, context):
         layout = split_layout(self)
-        layout.prop(context.scene.render, 'film_transparent')
         cycles = getattr(context.scene, 'cycles', None)
-        if cycles is not None:  # read as they are in a file made for Cycles
+        if cycles is not None:  # read as it is in a file made for Cycles
             layout.prop(cycles, 'film_exposure')
-            layout.prop(cycles, 'filter_width')
+        layout.prop(context.scene.render, 'film_transparent')
         settings = context.scene.cotorra
         tone = layout.column(align=True, heading='Reinhard')
         row = tone.row(align=True)
@@ -74,24 +132,130 @@ class COTORRA_RENDER_PT_film(CotorraPanel, bpy.types.Panel):
         white.prop(settings, 'reinhard_white', text='')
 
 
+class COTORRA_RENDER_PT_film_pixel_filter(CotorraPanel, bpy.types.Panel):
+    bl_label = 'Pixel Filter'
+    bl_parent_id = 'COTORRA_RENDER_PT_film'
+
+    @classmethod
+    def poll(cls, context):
+        return super().poll(context) and hasattr(context.scene, 'cycles')
+
+    def draw(self, context):
+        split_layout(self).prop(context.scene.cycles, 'filter_width', text='Width')
+
+
 class COTORRA_RENDER_PT_performance(CotorraPanel, bpy.types.Panel):
     bl_label = 'Performance'
     bl_options = {'DEFAULT_CLOSED'}
 
     def draw(self, context):
-        layout = split_layout(self)
+        pass
+
+
+class COTORRA_RENDER_PT_performance_threads(CotorraPanel, bpy.types.Panel):
+    bl_label = 'Threads'
+    bl_parent_id = 'COTORRA_RENDER_PT_performance'
+
+    def draw(self, context):
         render = context.scene.render
-        column = layout.column()
+        column = split_layout(self).column()
         column.prop(render, 'threads_mode')
         threads = column.column(align=True)
         threads.enabled = render.threads_mode == 'FIXED'
         threads.prop(render, 'threads')
-        layout.prop(render, 'use_persistent_data', text='Persistent Data')
 
 
-CLASSES = (
-    COTORRA_RENDER_PT_sampling,
-    COTORRA_RENDER_PT_sampling_seed,
+class COTORRA_RENDER_PT_performance_card(CotorraPanel, bpy.types.Panel):
+    bl_label = 'Graphics Card'
+    bl_parent_id = 'COTORRA_RENDER_PT_performance'
+
+    @classmethod
+    def poll(cls, context):
+        return super().poll(context) and context.scene.cotorra.device != 'CPU'
+
+    def draw(self, context):
+        layout = split_layout(self)
+        settings = context.scene.cotorra
+        layout.prop(settings, 'ray_tracing')
+        layout.prop(settings, 'use_device_fallback')
+
+
+class COTORRA_RENDER_PT_performance_final_render(CotorraPanel, bpy.types.Panel):
+    bl_label = 'Final Render'
+    bl_parent_id = 'COTORRA_RENDER_PT_performance'
+
+    def draw(self, context):
+        split_layout(self).prop(context.scene.render, 'use_persistent_data', text='Persistent Data')
+
+
+class COTORRA_RENDER_PT_simplify(CotorraPanel, bpy.types.Panel):
+    """Blender's own stands above all that add-ons bring."""
+
+    bl_label = 'Simplify'
+    bl_options = {'DEFAULT_CLOSED'}
+
+    def draw_header(self, context):
+        self.layout.prop(context.scene.render, 'use_simplify', text='')
+
+    def draw(self, context):
+        layout = split_layout(self)
+        render = context.scene.render
+        layout.active = render.use_simplify
+        if hasattr(render, 'use_simplify_normals'):
+            layout.prop(render, 'use_simplify_normals', text='Normals')
+
+
+class COTORRA_RENDER_PT_simplify_viewport(CotorraPanel, bpy.types.Panel):
+    bl_label = 'Viewport'
+    bl_parent_id = 'COTORRA_RENDER_PT_simplify'
+
+    def draw(self, context):
+        layout = split_layout(self)
+        render = context.scene.render
+        layout.active = render.use_simplify
+        layout.prop(render, 'simplify_subdivision', text='Max Subdivision')
+        layout.prop(render, 'simplify_child_particles', text='Max Child Particles')
+
+
+class COTORRA_RENDER_PT_simplify_render(CotorraPanel, bpy.types.Panel):
+    bl_label = 'Render'
+    bl_parent_id = 'COTORRA_RENDER_PT_simplify'
+
+    def draw(self, context):
+        layout = split_layout(self)
+        render = context.scene.render
+        layout.active = render.use_simplify
+        layout.prop(render, 'simplify_subdivision_render', text='Max Subdivision')
+        layout.prop(render, 'simplify_child_particles_render', text='Max Child Particles')
+
+
+class COTORRA_RENDER_PT_simplify_greasepencil(CotorraPanel, GreasePencilSimplifyPanel, bpy.types.Panel):
+    bl_label = 'Grease Pencil'
+    bl_parent_id = 'COTORRA_RENDER_PT_simplify'
+    bl_options = {'DEFAULT_CLOSED'}
+
+
+# Among these come the panels of integrator_panels.py.
+FIRST_CLASSES = (COTORRA_RENDER_PT_warnings, COTORRA_RENDER_PT_sampling, COTORRA_RENDER_PT_sampling_seed)
+LAST_CLASSES = (
     COTORRA_RENDER_PT_film,
+    COTORRA_RENDER_PT_film_pixel_filter,
     COTORRA_RENDER_PT_performance,
+    COTORRA_RENDER_PT_performance_threads,
+    COTORRA_RENDER_PT_performance_card,
+    COTORRA_RENDER_PT_performance_final_render,
+    COTORRA_RENDER_PT_simplify,
+    COTORRA_RENDER_PT_simplify_viewport,
+    COTORRA_RENDER_PT_simplify_render,
+    COTORRA_RENDER_PT_simplify_greasepencil,
 )
+
+
+def register_draws() -> None:
+    bpy.types.RENDER_PT_context.append(draw_device)
+    bpy.types.IMAGE_HT_header.append(draw_mark)
+
+
+def unregister_draws() -> None:
+    bpy.types.RENDER_PT_context.remove(draw_device)
+    bpy.types.IMAGE_HT_header.remove(draw_mark)

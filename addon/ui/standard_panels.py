@@ -16,10 +16,11 @@ from ..choices import ENGINE
 # Panels open to any engine carry this engine's name, though it is long gone.
 OPEN_TO_ALL = 'BLENDER_RENDER'
 
-# ... but of these the settings mean nothing here, or data_panels.py shows them as Cycles reads them.
+# ... but of these the settings mean nothing here, or data_panels.py shows them as Cycles reads them, or
+# render_panels.py where users of Cycles look for them.
 LEFT_OUT = {
     'DATA_PT_light',
-    'DATA_PT_preview',
+    'DATA_PT_preview',  # as long as Blender's scenes for previews, which area lights light, come out black
     'DATA_PT_spot',
     'NODE_DATA_PT_light',
     'DATA_PT_context_lightprobe',
@@ -28,14 +29,16 @@ LEFT_OUT = {
     'DATA_PT_lightprobe_parallax',
     'DATA_PT_lightprobe_visibility',
     'DATA_PT_volume_render',
+    'RENDER_PT_simplify',
+    'RENDER_PT_simplify_viewport',
+    'RENDER_PT_simplify_render',
+    'RENDER_PT_simplify_greasepencil',
 }
 
 # Panels that name their engines one by one and hold what Cotorra reads.
 ADDED = {
     'EEVEE_MATERIAL_PT_context_material',
     'OBJECT_PT_shadow_terminator',
-    'VIEWLAYER_PT_layer_passes',
-    'VIEWLAYER_PT_override',
 }
 
 _shown: list[type] = []

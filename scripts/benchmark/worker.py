@@ -59,10 +59,11 @@ class BenchTrace(bpy.types.RenderEngine):
 
     def render(self, depsgraph: bpy.types.Depsgraph) -> None:
         from cotorra import native
+        from cotorra.log import Log
         from cotorra.settings import render_settings
 
         buffers, camera = exported(depsgraph)
-        settings = render_settings(depsgraph.scene_eval, depsgraph.view_layer_eval, ('combined',))
+        settings = render_settings(depsgraph.scene_eval, depsgraph.view_layer_eval, ('combined',), Log())
         module = native.load()
         scene = module.Scene(buffers, threads=settings.threads, embree=native.embree_library())
         session = module.Session(scene, camera, dataclasses.replace(settings, measure_tracing=True))

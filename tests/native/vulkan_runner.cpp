@@ -18,8 +18,8 @@ void check(VkResult result, const char *what) {
   if (result != VK_SUCCESS) throw Error(std::string(what) + " failed, VkResult " + std::to_string(int(result)));
 }
 
-VKAPI_ATTR VkBool32 VKAPI_CALL keep_message(VkDebugUtilsMessageSeverityFlagBitsEXT, VkDebugUtilsMessageTypeFlagsEXT,
-                                            const VkDebugUtilsMessengerCallbackDataEXT *data, void *messages) {
+VkBool32 keep_message(VkDebugUtilsMessageSeverityFlagBitsEXT, VkDebugUtilsMessageTypeFlagsEXT,
+                      const VkDebugUtilsMessengerCallbackDataEXT *data, void *messages) {
   static_cast<std::vector<std::string> *>(messages)->emplace_back(data->pMessage);
   return VK_FALSE;
 }

@@ -4,9 +4,6 @@
 #ifndef COTORRA_TESTS_VULKAN_RUNNER_H
 #define COTORRA_TESTS_VULKAN_RUNNER_H
 
-#define VK_NO_PROTOTYPES
-#include <vulkan/vulkan.h>
-
 #include <cstddef>
 #include <cstdint>
 #include <memory>
@@ -15,6 +12,8 @@
 #include <string>
 #include <utility>
 #include <vector>
+
+#include "vulkan_interface.h"
 
 namespace cotorra::vulkan {
 

@@ -1,0 +1,15 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Tests that hold on every device: all of their cases on the CPU, a few on Vulkan, where each session compiles kernels.
+
+For a test without cases the fixture `device` (conftest.py) is enough.
+"""
+
+from __future__ import annotations
+
+import pytest
+
+
+def on_both(names: str, cases: list[tuple], vulkan: list[tuple]) -> pytest.MarkDecorator:
+    """Parametrises a test with `device` and `names`, which take the values of each case."""
+    values = [('CPU', *case) for case in cases] + [('VULKAN', *case) for case in vulkan]
+    return pytest.mark.parametrize(f'device, {names}', values, indirect=['device'])

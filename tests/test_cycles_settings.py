@@ -1,0 +1,285 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Each setting that Cycles has is read, named where it changes the picture, or known to be of no effect here.
+
+What is rendered of those that are read is judged by the tests of images, not here.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from fnmatch import fnmatchcase
+from typing import Any
+
+import bpy
+import pytest
+from cotorra import cycles_settings, settings, stats
+from cotorra.log import Log
+
+from scenes import build
+
+pytestmark = pytest.mark.usefixtures('engine')
+
+# Kinds of properties that hold a value; others lead to groups and data of their own.
+VALUES = {'BOOLEAN', 'INT', 'FLOAT', 'STRING', 'ENUM'}
+
+
+@pytest.fixture
+def scene() -> bpy.types.Scene:
+    """A sphere under a lamp and a grey world, seen by a camera, with nothing that Cycles does and we do not."""
+    made = build.new_scene()
+    build.camera(made).location = (0.0, 0.0, 5.0)
+    build.light(made, 'POINT').location = (2.0, 0.0, 3.0)
+    build.world(made, (0.5, 0.5, 0.5))
+    build.mesh_object(made, 'Square').data.materials.append(build.material('Clear', Alpha=0.5))
+    made.render.engine = 'COTORRA'
+    made.render.resolution_x = made.render.resolution_y = 8
+    made.cotorra.samples = 1
+    return made
+
+
+def warnings(scene: bpy.types.Scene) -> list[str]:
+    bpy.ops.render.render()
+    return stats.last(scene.name)[0].warnings
+
+
+# ---- The table
+
+
+def registered() -> dict[str, set[str]]:
+    """What this Blender registers, by the type of its group, without what the type's base has.
+
+    All that Cycles hangs at data of Blender, and the types of Blender's own that the table has.
+    """
+    types = [getattr(bpy.types, name) for name in dir(bpy.types)]
+    pointers = [
+        entry.fixed_type
+        for owner in types
+        if hasattr(owner, 'bl_rna')
+        for entry in owner.bl_rna.properties
+        if entry.type == 'POINTER' and entry.fixed_type.identifier.startswith('Cycles')
+    ]
+    found = {rna.identifier: set(rna.properties.keys()) - {'rna_type', 'name'} for rna in pointers}
+    for name in cycles_settings.GROUPS.keys() - found.keys():
+        rna = getattr(bpy.types, name).bl_rna
+        inherited = set(rna.base.properties.keys()) if rna.base else {'name'}
+        pointer = {'POINTER'} if name == 'ObjectLightLinking' else set()
+        found[name] = {
+            entry.identifier
+            for entry in rna.properties
+            if entry.type in VALUES | pointer and not entry.is_readonly and entry.identifier not in inherited
+        }
+    return found
+
+
+def kinds(group: cycles_settings.Group, name: str) -> list[str]:
+    """Where the table has a name: once is right."""
+    patterns = {'read': group.read, **group.idle}
+    found = [kind for kind, names in patterns.items() if any(fnmatchcase(name, each) for each in names.split())]
+    return found + ['named' for entry in group.named if entry.name == name]
+
+
+def test_every_setting_has_its_place():
+    """A setting that a new Blender brings fails here: read it, name it, or say why it does not matter."""
+    build.new_scene()
+    groups, found = cycles_settings.GROUPS, registered()
+    assert {f'Cycles{of}Settings' for of in ('Render', 'Object', 'Light', 'Material', 'World')} <= found.keys()
+    empty = cycles_settings.Group()
+    assert not [f'{kind}.{name}' for kind in found for name in found[kind] if not kinds(groups.get(kind, empty), name)]
+
+
+def test_no_setting_is_named_and_silent():
+    """A pattern of names without effect must not swallow one that is named."""
+    for group in cycles_settings.GROUPS.values():
+        for entry in group.named:
+            assert kinds(group, entry.name) == ['named']
+
+
+# ---- What is named
+
+
+def of_scene(name: str, value: Any) -> Callable[[bpy.types.Scene], None]:
+    return lambda scene: setattr(scene.cycles, name, value)
+
+
+def _cull(scene: bpy.types.Scene, how: str) -> None:
+    scene.render.use_simplify = True
+    setattr(scene.cycles, how, True)
+    setattr(scene.objects['Square'].cycles, how, True)
+
+
+def _link(scene: bpy.types.Scene, what: str) -> None:
+    setattr(scene.objects['Point'].light_linking, what, bpy.data.collections.new('Some'))
+
+
+def _glass_film(scene: bpy.types.Scene) -> None:
+    scene.render.film_transparent = scene.cycles.film_transparent_glass = True
+
+
+def _subdivide(scene: bpy.types.Scene) -> None:
+    modifier = scene.objects['Square'].modifiers.new('Subdivision', 'SUBSURF')
+    modifier.levels = modifier.render_levels = 1
+    if hasattr(modifier, 'use_adaptive_subdivision'):
+        modifier.use_adaptive_subdivision = True
+    else:
+        scene.cycles.feature_set = 'EXPERIMENTAL'
+        scene.objects['Square'].cycles.use_adaptive_subdivision = True
+
+
+def _threshold(scene: bpy.types.Scene) -> None:
+    scene.view_layers[0].pass_alpha_threshold = 0.25
+    scene.view_layers[0].use_pass_z = True
+
+
+NAMED = {
+    'clamp direct': (of_scene('sample_clamp_direct', 0.5), 'Scene "Scene": direct light is not clamped at 0.5'),
+    'clamp indirect': (of_scene('sample_clamp_indirect', 3.0), 'Scene "Scene": indirect light is not clamped at 3'),
+    'filter glossy': (of_scene('blur_glossy', 2.0), 'Scene "Scene": Filter Glossy 2'),
+    'caustics': (of_scene('caustics_reflective', False), 'Scene "Scene": reflective caustics'),
+    'fast GI': (of_scene('use_fast_gi', True), 'Scene "Scene": fast GI'),
+    'subset': (of_scene('use_sample_subset', True), 'Scene "Scene": a sample subset'),
+    'time': (of_scene('time_limit', 5.0), 'Scene "Scene": the time limit of 5 s'),
+    'glass film': (_glass_film, 'Scene "Scene": transparent glass'),
+    'motion blur': (lambda scene: setattr(scene.render, 'use_motion_blur', True), 'Scene "Scene": motion blur'),
+    'camera culling': (lambda scene: _cull(scene, 'use_camera_cull'), 'Object "Square": camera culling'),
+    'distance culling': (lambda scene: _cull(scene, 'use_distance_cull'), 'Object "Square": distance culling'),
+    'light linking': (lambda scene: _link(scene, 'receiver_collection'), 'Light "Point": light linking'),
+    'shadow linking': (lambda scene: _link(scene, 'blocker_collection'), 'Light "Point": shadow linking'),
+    'terminator': (
+        lambda scene: setattr(scene.objects['Square'], 'shadow_terminator_shading_offset', 0.5),
+        'Object "Square": the shading offset of its shadow terminator (0.5)',
+    ),
+    'caustics caster': (
+        lambda scene: setattr(scene.objects['Square'].cycles, 'is_caustics_caster', True),
+        'Object "Square": it casts no shadow caustics',
+    ),
+    'subdivision': (_subdivide, 'Object "Square": adaptive subdivision'),
+    'opaque shadows': (
+        lambda scene: setattr(bpy.data.materials['Clear'], 'use_transparent_shadow', False),
+        'Material "Clear": opaque shadows',
+    ),
+    'bump correction': (
+        lambda scene: setattr(bpy.data.materials['Clear'].cycles, 'use_bump_map_correction', False),
+        'Material "Clear": bump map correction',
+    ),
+    'world bounces': (lambda scene: setattr(scene.world.cycles, 'max_bounces', 1), 'World "World": its light reaches'),
+    'alpha threshold': (_threshold, 'View layer "ViewLayer": the alpha threshold of its passes (0.25)'),
+    'volume pass': (
+        lambda scene: setattr(scene.view_layers[0].cycles, 'use_pass_volume_direct', True),
+        'View layer "ViewLayer": pass "Volume Direct"',
+    ),
+    'subsurface pass': (
+        lambda scene: setattr(scene.view_layers[0], 'use_pass_subsurface_color', True),
+        'View layer "ViewLayer": pass "Subsurface Color"',
+    ),
+}
+
+
+@pytest.mark.parametrize('case', NAMED)
+def test_what_changes_the_picture_is_named(scene, case):
+    change, words = NAMED[case]
+    change(scene)
+    found = warnings(scene)
+    assert len(found) == 1 and found[0].startswith(words), found
+
+
+def test_defaults_are_no_warnings_but_one_line(scene):
+    shown = []
+    stats.clear(scene.name)
+    settings.warn_left_out(scene, scene.view_layers[0], Log(lambda level, text: shown.append((level, text))))
+    assert [level for level, _ in shown] == ['INFO']
+    for part in ('denoising', 'indirect light clamped at 10', 'Filter Glossy 1'):
+        assert part in shown[0][1]
+    scene.cycles.use_denoising, scene.cycles.sample_clamp_indirect, scene.cycles.blur_glossy = False, 0.0, 0.0
+    shown.clear()
+    settings.warn_left_out(scene, scene.view_layers[0], Log(lambda level, text: shown.append((level, text))))
+    assert shown == []
+
+
+def without_effect(scene: bpy.types.Scene) -> None:
+    """Settings that need another one to matter."""
+    square = scene.objects['Square']
+    square.cycles.use_camera_cull = square.cycles.is_caustics_receiver = True
+    scene.objects['Point'].data.cycles.is_caustics_light = True
+    scene.cycles.film_transparent_glass = True
+    scene.cycles.texture_limit_render = '128'
+    scene.cycles.ao_bounces_render, scene.cycles.use_light_tree, scene.cycles.use_guiding = 5, False, True
+    scene.view_layers[0].pass_alpha_threshold = 0.25
+    bpy.data.materials['Clear'].node_tree.nodes['Principled BSDF'].inputs['Alpha'].default_value = 1.0
+    bpy.data.materials['Clear'].use_transparent_shadow = False
+    scene.cotorra.integrator = 'DIRECT'
+    scene.world.cycles.max_bounces = 1
+
+
+def test_what_changes_nothing_is_not_named(scene):
+    without_effect(scene)
+    assert warnings(scene) == []
+
+
+def test_light_linking_of_an_instancer_is_named(scene):
+    empty = build.collection_instance(scene, 'Group', [build.light(scene, 'SPOT')])
+    empty.light_linking.receiver_collection = bpy.data.collections.new('Some')
+    assert [text for text in warnings(scene) if 'Object "Group": light linking' in text]
+
+
+def test_portals_give_no_light_and_are_no_fault(scene):
+    build.light(scene, 'AREA').data.cycles.is_portal = True
+    assert warnings(scene) == []
+
+
+# ---- What is read in place of ours
+
+
+def rendered_with(scene: bpy.types.Scene) -> Any:
+    evaluated = scene.evaluated_get(bpy.context.evaluated_depsgraph_get())
+    return settings.render_settings(evaluated, scene.view_layers[0], ('combined',), Log())
+
+
+BOUNCES = {
+    'max_bounces': ('max_bounces', 7),
+    'diffuse_bounces': ('diffuse_bounces', 2),
+    'glossy_bounces': ('glossy_bounces', 3),
+    'transparent_bounces': ('transparent_max_bounces', 5),
+}
+
+
+def test_a_file_made_for_cycles_has_its_own_bounces(scene):
+    for _, (name, value) in BOUNCES.items():
+        setattr(scene.cycles, name, value)
+    found = rendered_with(scene)
+    assert found.integrator == 'PATH'
+    assert {name: getattr(found, name) for name in BOUNCES} == {name: value for name, (_, value) in BOUNCES.items()}
+
+
+@pytest.mark.parametrize('name', BOUNCES)
+def test_what_is_set_for_us_holds(scene, name):
+    """The default of ours, too: it was set."""
+    default = scene.cotorra.bl_rna.properties[name].default
+    theirs, value = BOUNCES[name]
+    setattr(scene.cycles, theirs, value)
+    setattr(scene.cotorra, name, default)
+    assert default != value and getattr(rendered_with(scene), name) == default
+
+
+def test_animated_limits_hold(scene):
+    scene.cotorra.max_bounces = 3
+    scene.cotorra.keyframe_insert('max_bounces', frame=1)
+    scene.frame_set(1)
+    assert rendered_with(scene).max_bounces == 3
+
+
+def test_the_worlds_distance_of_occlusion_holds_until_ours_is_set(scene):
+    scene.world.light_settings.distance = 2.0
+    assert rendered_with(scene).ao_distance == 2.0
+    scene.cotorra.ao_distance = 10.0
+    assert rendered_with(scene).ao_distance == 10.0
+    scene.cotorra.property_unset('ao_distance')
+    scene.world = None
+    assert rendered_with(scene).ao_distance == 10.0
+
+
+@pytest.mark.parametrize('use, layer, samples', [('USE', 9, 9), ('BOUNDED', 9, 4), ('BOUNDED', 2, 2), ('IGNORE', 9, 4)])
+def test_samples_of_view_layers_are_used_as_in_cycles(scene, use, layer, samples):
+    scene.cotorra.samples, scene.cycles.use_layer_samples = 4, use
+    assert rendered_with(scene).samples == 4
+    scene.view_layers[0].samples = layer
+    assert rendered_with(scene).samples == samples

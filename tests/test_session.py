@@ -1,0 +1,128 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What a session decides: where adaptive sampling stops, how soon it stops itself, which group light goes to.
+
+The pictures are made so that the answer is known beforehand, on both devices. No Blender here.
+"""
+
+from __future__ import annotations
+
+import time
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from cotorra import native
+from cotorra.export import buffers as b
+
+from devices import on_both
+from texture_scenes import ASIDE, F32, I32, U32, camera, instances, lights, materials, plane, render, scene
+
+TILE = 16  # pixels
+SIZE = 2 * TILE
+NOISY = [(5, 6), (15, 9), (20, 0), (31, 31)]  # column and row: inside a tile, at its edge, at the picture's edge
+
+
+# ---- Adaptive sampling
+
+
+def noisy_pixels() -> b.SceneBuffers:
+    """A wall that shines evenly; before it, in a few pixels, patches whose light depends on where a lamp of size is
+    sampled: they have noise at every number of samples, the wall has none."""
+    wide = 2.0 / SIZE
+    patches = []
+    for column, row in NOISY:
+        x, y = ((i + 0.5) * wide - 1.0 for i in (column, row))
+        patch = plane(-0.3 * wide, 0.3 * wide, 0.1)
+        patch.positions[:] += np.array([x + ASIDE, y, 0.0], F32)
+        patches.append(patch)
+    count = 1 + len(patches)
+    made = materials(
+        count,
+        base_color=[[0.0] * 3] + [[0.8] * 3] * len(patches),
+        emission=[[0.5] * 3] + [[0.0] * 3] * len(patches),
+        emission_sampling=[0] * count,
+    )
+    frame = np.eye(3, 4, dtype=F32)[None].copy()
+    frame[0, :, 3] = 0.2, 0.1, 1.0
+    arrays = {'type': np.array([b.LIGHT_POINT], U32), 'size': np.array([0.5], F32), 'transform': frame}
+    lamp = replace(lights(((0.0, 0.0, -1.0), 9.0)), visibility=np.array([b.VISIBLE_DIFFUSE], U32), **arrays)
+    return scene((plane(-2.0, 2.0), *patches), made, lights=lamp)
+
+
+@on_both('least, stops', [(1, 2), (5, 8), (16, 16)], [(5, 8)])
+def test_where_adaptive_sampling_stops(device: str, least: int, stops: int) -> None:
+    """Passes end after 1, 2, 4, 8 ... samples. A pixel goes on while it, or one beside it in its tile, has noise; the
+    others stop with the first pass that takes them to the minimum (with one sample there is nothing to compare)."""
+    found = render(
+        noisy_pixels(),
+        camera(1.0, SIZE),
+        samples=64,
+        adaptive=True,
+        noise_threshold=1e-6,
+        adaptive_min_samples=least,
+        device=device,
+        passes=('combined', 'sample_count'),
+    )['sample_count'][..., 0]
+    expected = np.full((SIZE, SIZE), stops)
+    rows, columns = np.mgrid[:SIZE, :SIZE]
+    for column, row in NOISY:
+        beside = (abs(columns - column) <= 1) & (abs(rows - row) <= 1)
+        tile = (columns // TILE == column // TILE) & (rows // TILE == row // TILE)
+        expected[beside & tile] = 64
+    assert (found == expected).all(), f'\n{np.argwhere(found != expected)}'
+
+
+def test_the_minimum_follows_from_the_threshold() -> None:
+    """16 samples, or 1.6 / sqrt(threshold) where that is more: 51 here, so that the pass that ends with 64 decides."""
+    settings = {'samples': 128, 'adaptive': True, 'passes': ('combined', 'sample_count')}
+    for threshold, stops in ((0.5, 16), (1e-3, 64)):
+        found = render(noisy_pixels(), camera(1.0, SIZE), noise_threshold=threshold, **settings)['sample_count']
+        assert found.min() == stops
+
+
+# ---- Stopping
+
+
+def test_a_session_stops_in_the_middle_of_a_pass() -> None:
+    """One tile of 256 pixels, and passes of 32 samples: eight batches of 1,024 paths each. The wish to stop is seen
+    between two batches, not only at the end of a pass. Counted in samples, since how long one takes depends on much."""
+    walls = plane(-1e4, 1e4, -1.0), plane(-1e4, 1e4, 1.0)
+    made = materials(2, base_color=[[1.0] * 3] * 2, emission=[[1e-3] * 3] * 2, emission_sampling=[0] * 2)
+    module = native.load()
+    built = module.Scene(scene(walls, made), threads=1, embree=native.embree_library())
+    between = camera(0.5, TILE, 0.5)
+    limits = {'max_bounces': 500, 'diffuse_bounces': 500, 'integrator': 'PATH'}
+    session = module.Session(built, between, b.RenderSettings(samples=1 << 16, threads=1, **limits))
+    session.start()
+    while session.samples_done() < 32:
+        assert not session.wait(0.0), 'it ended by itself'
+        time.sleep(0.001)
+    session.cancel()
+    done = session.samples_done() * TILE**2
+    assert session.wait(60.0)
+    assert session.stats()['samples'] - done <= 3 * 1024, 'it went on to the end of the pass'
+
+
+# ---- Light groups
+
+
+@on_both('group', [(-1,), (0,), (1,)], [(-1,)])
+def test_light_goes_to_its_group_alone(device: str, group: int) -> None:
+    """The world's, an emitter's and a lamp's in turn; without a group it goes to none."""
+    names = ('combined', 'lightgroup:0', 'lightgroup:1')
+    world = b.World((0.3, 0.3, 0.3), light_group=group)
+    lamp = replace(lights(((0.0, 0.0, -1.0), 3.0)), light_group=np.array([group], I32))
+    glow = materials(emission=[[0.5] * 3])
+    of_object = instances(1, light_group=np.array([group], I32))
+    cases = {
+        'world': scene((plane(-0.5, 0.5),), materials(), world=world),
+        'emitter': scene((plane(-0.5, 0.5),), glow, instances=of_object),
+        'lamp': scene((plane(-0.5, 0.5),), materials(), lights=lamp),
+    }
+    for name, made in list(cases.items())[: 3 if device == 'CPU' else 1]:
+        grouped = replace(made, light_groups=('A', 'B'))
+        found = render(grouped, camera(1.0, TILE), samples=4, integrator='PATH', passes=names, device=device)
+        assert found['combined'][..., :3].max() > 0.1, name
+        for k in (0, 1):
+            expected = found['combined'][..., :3] if k == group else 0.0
+            assert found[f'lightgroup:{k}'] == pytest.approx(expected, rel=1e-6), (name, k)
