@@ -51,9 +51,9 @@ struct PathState {
   uint transmission_bounces;
   float kind_pdf;        // as pdf, and
   vec3 kind_weight;      // a factor on throughput: for light that rays of this kind alone see, see path_note_kind
-  float passed;          // metres from the last vertex to the ray's origin, which lies on a surface that let it through
-  float footprint;       // metres that the ray is wide at its origin
-  uint vertex;           // surfaces that were shaded before this ray: counts the random numbers
+  float passed;  // metres from the last vertex to the ray's origin, which lies on a surface that let it through
+  float footprint;  // metres that the ray is wide at its origin
+  uint vertex;  // surfaces that were shaded before this ray: counts the random numbers
 };
 
 // Light that will arrive if nothing stands between the surface and the light.
@@ -63,7 +63,7 @@ struct ShadowRay {
   vec3 direction;
   int group;
   vec3 contribution;
-  uint visibility;       // VISIBLE_SHADOW, or 0 where the light casts no shadow
+  uint visibility;  // VISIBLE_SHADOW, or 0 where the light casts no shadow
 };
 
 FN void path_begin(uint random, OUT(PathState) path) {

@@ -19,7 +19,8 @@ const float SHARP_ROUGHNESS = 0.25f;
 
 FN float unit_clamp(float a) { return clamp(a, 0.0f, 1.0f); }
 
-// A number of a program as light may have it: 0 for what is no number, held back at what the film can sum (addon/export/bounds.py).
+// A number of a program as light may have it: 0 for what is no number, held back at what the film can sum
+// (addon/export/bounds.py).
 FN float light_number(float a) { return select(a == a, clamp(a, -1e15f, 1e15f), 0.0f); }
 FN vec3 light_numbers(vec3 a) { return vec3(light_number(a.x), light_number(a.y), light_number(a.z)); }
 
@@ -78,8 +79,7 @@ FN SurfacePick surface_draw(IN(SceneData) scene, IN(MaterialProgram) program, fl
   float total = 0.0f;
   for (uint k = 0u; k < program.surface.closures; ++k) {
     const ClosureRow row = LOAD(scene.program_closures, program.surface.result + k);
-    const vec3 weight =
-        light_numbers(program_vector(scene, program.constants, row.weight PROGRAM_SAME_MEMORY));
+    const vec3 weight = light_numbers(program_vector(scene, program.constants, row.weight PROGRAM_SAME_MEMORY));
     const float share = closure_share(weight);
     total += share;
     // Each closure takes the place of those before it with its share of the sum so far (reservoir sampling).
@@ -103,8 +103,8 @@ FN SurfacePick surface_draw(IN(SceneData) scene, IN(MaterialProgram) program, fl
 
 // Argument `k` of the closure that was drawn.
 FN float pick_number(IN(SceneData) scene, IN(SurfacePick) pick, uint k PROGRAM_MEMORY) {
-  return light_number(program_number(scene, pick.constants, LOAD(scene.program_code, pick.arguments + k),
-                                     0u PROGRAM_SAME_MEMORY));
+  return light_number(
+      program_number(scene, pick.constants, LOAD(scene.program_code, pick.arguments + k), 0u PROGRAM_SAME_MEMORY));
 }
 FN vec3 pick_vector(IN(SceneData) scene, IN(SurfacePick) pick, uint k PROGRAM_MEMORY) {
   return light_numbers(

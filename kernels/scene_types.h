@@ -392,7 +392,8 @@ struct SceneData {
   uint camera_orthographic;
   uint uv_layer_count;  // layers of UV maps, which come before those of attributes
   uint light_kinds;  // 1: diffuse or glossy rays alone see some light (PathState.kind_weight)
-  uint lobes;  // 1: closures are lobes; 0: the constants of the nearest Principled, as the classic integrators know them
+  uint
+      lobes;  // 1: closures are lobes; 0: the constants of the nearest Principled, as the classic integrators know them
   float camera_spread;  // metres that a ray of a pixel is wide, a metre on; orthographic: anywhere
   uint texture_count;
   ProgramPart world_program;  // of a world that varies; end 0: `world` is all of it

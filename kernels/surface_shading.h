@@ -99,8 +99,8 @@ FN void pick_lobe_of(IN(SceneData) scene, IN(SurfacePick) pick, IN(ShaderPoint) 
                        roughness, anisotropy, rotation, s.n, s.ng, tangent, at.wo, film, film_ior, l);
     }
   } else if (pick.kind == CLOSURE_GLASS) {
-    glass_prepare(scene.albedo, pick.mode, one, color, roughness, pick_number(scene, pick, 2u PROGRAM_SAME_MEMORY),
-                  s.n, s.ng, at.wo, inside, pick_number(scene, pick, 4u PROGRAM_SAME_MEMORY),
+    glass_prepare(scene.albedo, pick.mode, one, color, roughness, pick_number(scene, pick, 2u PROGRAM_SAME_MEMORY), s.n,
+                  s.ng, at.wo, inside, pick_number(scene, pick, 4u PROGRAM_SAME_MEMORY),
                   pick_number(scene, pick, 5u PROGRAM_SAME_MEMORY), l);
   } else if (pick.kind == CLOSURE_REFRACTION) {
     refraction_prepare(pick.mode, one, color, roughness, pick_number(scene, pick, 2u PROGRAM_SAME_MEMORY), s.n, s.ng,
@@ -112,8 +112,7 @@ FN void pick_lobe_of(IN(SceneData) scene, IN(SurfacePick) pick, IN(ShaderPoint) 
       sheen_prepare(one, color, roughness, s.n, at.wo, l);
     }
   } else if (pick.kind == CLOSURE_TOON) {
-    toon_prepare(pick.mode != 0u, one, color, roughness,
-                 pick_number(scene, pick, 2u PROGRAM_SAME_MEMORY), s.n, l);
+    toon_prepare(pick.mode != 0u, one, color, roughness, pick_number(scene, pick, 2u PROGRAM_SAME_MEMORY), s.n, l);
   }
 }
 
@@ -210,8 +209,8 @@ FN bool surface_varies(IN(SceneData) scene, IN(Surface) s, IN(Material) material
 }
 
 // The same from the beginning, for one point, whether it varies or not. The CPU runs the programs of many at once.
-FN void surface_shading(IN(SceneData) scene, IN(ShaderPoint) at, float u, INOUT(Surface) s,
-                        OUT(SurfaceShading) shading, OUT(Bsdf) bsdf, OUT(Lobe) lobe) {
+FN void surface_shading(IN(SceneData) scene, IN(ShaderPoint) at, float u, INOUT(Surface) s, OUT(SurfaceShading) shading,
+                        OUT(Bsdf) bsdf, OUT(Lobe) lobe) {
   surface_begin(scene, s, shading);
   if (!surface_varies(scene, s, shading.material)) {
     scattering_prepare(scene, shading.material, s, at.wo, u, bsdf, lobe, shading.weight);

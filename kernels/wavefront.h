@@ -212,8 +212,8 @@ struct WavePush {
 
 #ifdef __cplusplus
 static_assert(sizeof(WavePixel) == 16 && sizeof(WaveSample) == 24 && sizeof(WaveRecord) == 104 &&
-              sizeof(WaveTree) == 8 && sizeof(WavePending) == 116 && sizeof(WaveTerms) == 20 && sizeof(WavePush) == 48 &&
-              sizeof(TracedGeometry) == 8);
+              sizeof(WaveTree) == 8 && sizeof(WavePending) == 116 && sizeof(WaveTerms) == 20 &&
+              sizeof(WavePush) == 48 && sizeof(TracedGeometry) == 8);
 }  // namespace cotorra
 #endif
 

@@ -173,8 +173,7 @@ class Renderer {
     }
     for (std::size_t i = 0; i < next; ++i) {
       const Surface &s = b_.surface[i];
-      const Material &material =
-          FEATURE(FEATURE_PROGRAMS) ? b_.shaded[i].material : scene_.materials.v[s.material];
+      const Material &material = FEATURE(FEATURE_PROGRAMS) ? b_.shaded[i].material : scene_.materials.v[s.material];
       Bsdf bsdf;
       if (FEATURE(FEATURE_PROGRAMS) && b_.shaded[i].kind != CLOSURE_KINDS) {
         bsdf = b_.shading.bsdf(i);
@@ -445,7 +444,8 @@ class Renderer {
         continue;
       }
       if (!path_advance(scene_, limits_, path, b_.surface[i], sample, roulette[i], origin)) continue;
-      if (scene_.light_kinds != 0u) path_note_kind(b_.shading.bsdf(i), b_.shading.lobe_of(i), b_.shading.wo.get(i), sample.wi, path);
+      if (scene_.light_kinds != 0u)
+        path_note_kind(b_.shading.bsdf(i), b_.shading.lobe_of(i), b_.shading.wo.get(i), sample.wi, path);
       // A last ray can only bring light home: where there is none to find, it need not be traced.
       const bool finds =
           FEATURE(FEATURE_BSDF_RAYS) && (job_.last_rays_find_light || (path.ray_kind & RAY_MEETS_LAMPS) != 0u);

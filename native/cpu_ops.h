@@ -45,16 +45,17 @@ struct Math {
 template <uint kMode>
 struct VectorMath {
   COTORRA_LOOP void run(Columns a, int n, Results out) {
-    COTORRA_EACH store(out, i, op_vector_math_v(kMode, column_vector(a, 0, i), column_vector(a, 3, i),
-                                                column_vector(a, 6, i), a[9][i]));
+    COTORRA_EACH store(
+        out, i,
+        op_vector_math_v(kMode, column_vector(a, 0, i), column_vector(a, 3, i), column_vector(a, 6, i), a[9][i]));
   }
 };
 
 template <uint kMode>
 struct VectorNumber {
   COTORRA_LOOP void run(Columns a, int n, Results out) {
-    COTORRA_EACH out[0][i] = op_vector_math_f(kMode, column_vector(a, 0, i), column_vector(a, 3, i),
-                                              column_vector(a, 6, i), a[9][i]);
+    COTORRA_EACH out[0][i] =
+        op_vector_math_f(kMode, column_vector(a, 0, i), column_vector(a, 3, i), column_vector(a, 6, i), a[9][i]);
   }
 };
 
@@ -77,8 +78,7 @@ struct MixNumber {
 template <uint kMode>
 struct MixVector {
   COTORRA_LOOP void run(Columns a, int n, Results out) {
-    COTORRA_EACH store(out, i,
-                       op_mix_v(kMode, column_vector(a, 0, i), column_vector(a, 3, i), column_vector(a, 6, i)));
+    COTORRA_EACH store(out, i, op_mix_v(kMode, column_vector(a, 0, i), column_vector(a, 3, i), column_vector(a, 6, i)));
   }
 };
 
@@ -117,8 +117,9 @@ template <uint kMode>
 struct NoiseColor {
   COTORRA_LOOP void run(Columns a, int n, Results out) {
     constexpr uint mode = (kMode & 3u) | NOISE_FBM << 2 | (kMode >> 2) << 5;
-    COTORRA_EACH store(out, i, op_noise_v(mode, column_vector(a, 0, i), a[3][i], a[4][i], a[5][i], a[6][i], a[7][i],
-                                          a[8][i], a[9][i], a[10][i]));
+    COTORRA_EACH store(out, i,
+                       op_noise_v(mode, column_vector(a, 0, i), a[3][i], a[4][i], a[5][i], a[6][i], a[7][i], a[8][i],
+                                  a[9][i], a[10][i]));
   }
 };
 
@@ -147,8 +148,9 @@ COTORRA_LOOP void average_loop(Columns a, int n, Results out) {
   COTORRA_EACH out[0][i] = op_average(0u, column_vector(a, 0, i));
 }
 COTORRA_LOOP void affine_loop(Columns a, int n, Results out) {
-  COTORRA_EACH store(out, i, op_affine(0u, column_vector(a, 0, i), column_vector(a, 3, i), column_vector(a, 6, i),
-                                       column_vector(a, 9, i), column_vector(a, 12, i)));
+  COTORRA_EACH store(out, i,
+                     op_affine(0u, column_vector(a, 0, i), column_vector(a, 3, i), column_vector(a, 6, i),
+                               column_vector(a, 9, i), column_vector(a, 12, i)));
 }
 COTORRA_LOOP void invert_loop(Columns a, int n, Results out) {
   COTORRA_EACH store(out, i, op_invert(0u, column_vector(a, 0, i), a[3][i]));

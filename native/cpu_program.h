@@ -11,7 +11,8 @@
 namespace cotorra {
 
 constexpr int kProgramLanes = 1024;                       // points of a batch at most
-constexpr std::size_t kProgramStride = kProgramLanes + 16;  // between registers: a page apart they would share a cache line
+constexpr std::size_t kProgramStride =
+    kProgramLanes + 16;  // between registers: a page apart they would share a cache line
 
 // Points of surfaces whose programs have the same code.
 struct ProgramBatch {

@@ -37,8 +37,8 @@ void store_children(const Tracer &t, int lanes) {
     if (b.path[i].bounce >= t.job.classic.depth) continue;
     const Surface &s = b.surface[i];
     WhittedChildren children;
-    whitted_children(lane_material(t, i), t.job.scene->classic.v[s.material], s, b.shading.bsdf(i),
-                     b.shading.wo.get(i), children);
+    whitted_children(lane_material(t, i), t.job.scene->classic.v[s.material], s, b.shading.bsdf(i), b.shading.wo.get(i),
+                     children);
     store_child(t, i, children.reflected, children.reflected_weight, VISIBLE_GLOSSY);
     store_child(t, i, children.transmitted, children.transmitted_weight, VISIBLE_TRANSMISSION);
   }

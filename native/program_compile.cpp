@@ -236,11 +236,10 @@ class Compiler {
     const Value emission = a(PRINCIPLED_EMISSION);
     const auto none = [&](uint k) { return graph_.is_constant(a(k)) && !(number(c, k) > 0.0f); };
     if (is_nothing(emission) || (none(PRINCIPLED_COAT) && none(PRINCIPLED_SHEEN))) return emission;
-    const Value through = graph_.op(
-        OP_LAYERS, 0,
-        {a(PRINCIPLED_COAT), a(PRINCIPLED_COAT_ROUGHNESS), a(PRINCIPLED_COAT_IOR), a(PRINCIPLED_COAT_TINT),
-         a(PRINCIPLED_COAT_NORMAL), a(PRINCIPLED_SHEEN), a(PRINCIPLED_SHEEN_ROUGHNESS), a(PRINCIPLED_SHEEN_TINT),
-         a(PRINCIPLED_NORMAL)});
+    const Value through = graph_.op(OP_LAYERS, 0,
+                                    {a(PRINCIPLED_COAT), a(PRINCIPLED_COAT_ROUGHNESS), a(PRINCIPLED_COAT_IOR),
+                                     a(PRINCIPLED_COAT_TINT), a(PRINCIPLED_COAT_NORMAL), a(PRINCIPLED_SHEEN),
+                                     a(PRINCIPLED_SHEEN_ROUGHNESS), a(PRINCIPLED_SHEEN_TINT), a(PRINCIPLED_NORMAL)});
     return graph_.multiply(emission, through);
   }
 

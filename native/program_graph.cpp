@@ -141,8 +141,8 @@ Value ProgramGraph::affine(uint mode, const std::vector<Value> &arguments) {
   const auto is = [](vec3 a, float i, float j, float k) { return a.x == i && a.y == j && a.z == k; };
   if (is(origin, 0, 0, 0) && is(x, 1, 0, 0) && is(y, 0, 1, 0) && is(z, 0, 0, 1)) return arguments[0];
   return op(OP_AFFINE, 0,
-            {arguments[0], constant(vec3(x.x, y.x, z.x)), constant(vec3(x.y, y.y, z.y)),
-             constant(vec3(x.z, y.z, z.z)), constant(origin)});
+            {arguments[0], constant(vec3(x.x, y.x, z.x)), constant(vec3(x.y, y.y, z.y)), constant(vec3(x.z, y.z, z.z)),
+             constant(origin)});
 }
 
 Value ProgramGraph::vector_math(uint operation, Value a, Value b) {

@@ -146,8 +146,7 @@ ProgramPart ProgramWriter::finish(std::vector<uint> results, const std::vector<R
       const bool vector = info.arguments[k] == 'v';
       words.push_back(reference(a, vector));
       out_.text += k > 0 ? ", " : "";
-      out_.text += graph_.is_constant(a) ? text_of(graph_[a].constant, vector)
-                                         : text_of_register(words.back());
+      out_.text += graph_.is_constant(a) ? text_of(graph_[a].constant, vector) : text_of_register(words.back());
     }
     out_.text += ")\n";
   }

@@ -15,8 +15,8 @@ namespace cotorra {
 // Makes objects that are kept alive one owner, which gives them back under the GIL.
 using MakeOwner = std::shared_ptr<void> (*)(std::vector<nanobind::object>);
 
-// The shaders and images of `buffers`, and what they ask of instances; empty where there is none. `keep` holds alive what
-// is copied later; images have owners of their own.
+// The shaders and images of `buffers`, and what they ask of instances; empty where there is none. `keep` holds alive
+// what is copied later; images have owners of their own.
 ProgramsInput read_programs(nanobind::handle buffers, MakeOwner make_owner, std::vector<nanobind::object> &keep);
 // The attributes of a mesh.
 std::vector<AttributeInput> read_attributes(nanobind::handle mesh, std::vector<nanobind::object> &keep);

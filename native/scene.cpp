@@ -437,8 +437,7 @@ void Scene::prepare_features() {
     const int shader = material_shaders_.empty() ? -1 : material_shaders_[k];
     lobes |= shader >= 0 && compiled_[static_cast<std::size_t>(shader)].asks_lobes;
   }
-  const bool world =
-      max(max(data_.world.x, data_.world.y), data_.world.z) > 0.0f || data_.world_program.end != 0;
+  const bool world = max(max(data_.world.x, data_.world.y), data_.world.z) > 0.0f || data_.world_program.end != 0;
   if (soft) features_ |= FEATURE_SOFT_LIGHTS;
   if (!light_shapes_.empty()) features_ |= FEATURE_LIGHT_SHAPES;
   if (models) features_ |= FEATURE_MODELS;

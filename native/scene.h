@@ -57,7 +57,8 @@ struct MaterialsInput {
   std::span<const uint> emission_sampling;
   std::span<const int> shader;  // -1: the default grey
   ModelsInput models{};
-  std::span<const float> principled{};    // words of PrincipledInputs by material, `inside` 1: it asks for lobes; for tests
+  std::span<const float>
+      principled{};    // words of PrincipledInputs by material, `inside` 1: it asks for lobes; for tests
 };
 
 struct LightsInput {

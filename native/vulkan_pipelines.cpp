@@ -103,8 +103,8 @@ std::string cache_path(const std::string &folder, const LogicalDevice &device, c
 
 }  // namespace
 
-Pipelines::Pipelines(LogicalDevice &device, const KernelChoice &choice, std::uint32_t push_size, const std::string &cache,
-                     std::vector<CompiledStage> *report)
+Pipelines::Pipelines(LogicalDevice &device, const KernelChoice &choice, std::uint32_t push_size,
+                     const std::string &cache, std::vector<CompiledStage> *report)
     : device_(device) {
   const std::string path = cache_path(cache, device, choice);
   try {

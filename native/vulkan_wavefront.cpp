@@ -52,7 +52,8 @@ class WavefrontOnCard final : public Wavefront {
         film_(device_, job) {
     // Kernels are compiled while the scene is built and copied.
     std::future<double> compiled = std::async(std::launch::async, [&, begin = Clock::now()] {
-      const KernelChoice kernels{job.features, scene.surface_needs(), scene.emission_needs(), scene.transparency_needs()};
+      const KernelChoice kernels{job.features, scene.surface_needs(), scene.emission_needs(),
+                                 scene.transparency_needs()};
       pipelines_.emplace(device_, kernels, static_cast<std::uint32_t>(sizeof(WavePush)), choice.cache);
       return seconds_since(begin);
     });

@@ -67,13 +67,14 @@ FN vec3 normal_map(IN(SceneData) scene, IN(ShaderPoint) at, uint space, vec3 col
   if (space == NORMAL_TANGENT) {
     return normalize_or(tangent_normal(scene, layer, at, c, max(strength, 0.0f)) * at.side, at.n);
   }
-  const vec3 mapped = space == NORMAL_OBJECT || space == NORMAL_BLENDER_OBJECT ? normal_to_world(point_frame(scene, at), c) : c;
+  const vec3 mapped =
+      space == NORMAL_OBJECT || space == NORMAL_BLENDER_OBJECT ? normal_to_world(point_frame(scene, at), c) : c;
   const vec3 n = normalize_or(mapped * at.side, at.n);
   return normalize_or(mix(at.n, n, max(strength, 0.0f)), at.n);
 }
 
-// The normal that a height bends (Mikkelsen 2010, "Bump Mapping Unparametrized Surfaces on the GPU"): h at the point and
-// a footprint aside in two directions.
+// The normal that a height bends (Mikkelsen 2010, "Bump Mapping Unparametrized Surfaces on the GPU"): h at the point
+// and a footprint aside in two directions.
 FN vec3 bump_normal(IN(ShaderPoint) at, vec3 n, float h, float h_dx, float h_dy, float strength, float distance) {
   vec3 dx;
   vec3 dy;
