@@ -134,8 +134,7 @@ GROUPS = {
             'speed and memory': 'debug_* use_auto_tile tile_size',
             'read by builds for debugging only': 'direct_light_sampling_type',
             'script nodes are named with their material': 'shading_system',
-            'glass is named with its material where it is not rendered': 'transmission_bounces '
-            'film_transparent_roughness',
+            'glass in front of a transparent film is opaque': 'film_transparent_roughness',
             'culling is named with its object': 'camera_cull_margin distance_cull_margin',
             VOLUMES: 'volume_*',
             WITH_SUBDIVISION: 'dicing_* max_subdivisions offscreen_dicing_scale feature_set',

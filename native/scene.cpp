@@ -111,7 +111,7 @@ Light light_from_blender(const LightsInput &in, std::size_t i) {
 Scene::Scene(SceneInput input) {
   validate(input);
   const std::uint64_t instances = input.instances.mesh.size();
-  with_memory(instances * (sizeof(Instance) + sizeof(ObjectSpace)) + input.materials.metallic.size() * sizeof(Material),
+  with_memory(instances * (sizeof(Instance) + sizeof(ObjectSpace)) + input.materials.shader.size() * sizeof(Material),
               std::to_string(instances) + " instances and the scene's materials", [&] { prepare(input); });
 }
 
