@@ -155,6 +155,8 @@ class Scene {
   // Is a lamp with a size visible to camera rays; can bounces meet one?
   bool camera_meets_lights() const { return camera_meets_lights_; }
   bool bounces_meet_lights() const { return bounces_meet_lights_; }
+  // Does a material in use give a colour to what it lets through?
+  bool tints() const { return tints_; }
   uint light_group_count() const { return light_group_count_; }
   std::size_t mesh_count() const { return meshes_.size(); }
 
@@ -246,6 +248,7 @@ class Scene {
   uint features_ = 0;
   uint light_group_count_ = 0;
   bool instanced_ = false;
+  bool tints_ = false;
   bool camera_meets_lights_ = false;
   bool bounces_meet_lights_ = false;
   BvhMemory bvh_memory_;

@@ -118,7 +118,10 @@ class WavefrontOnCard final : public Wavefront {
   // other.
   std::uint32_t vertices() const {
     if (has(FEATURE_WHITTED)) return ~0u;
-    return has(FEATURE_BOUNCES | FEATURE_BSDF_RAYS) ? job_.limits.max_bounces + 2 : 1;
+    const std::uint32_t bounces = has(FEATURE_BOUNCES | FEATURE_BSDF_RAYS) ? job_.limits.max_bounces + 2 : 1;
+    // Surfaces that tint what they let through are shaded, too.
+    const std::uint32_t passes = std::min(job_.limits.transparent_bounces, TRANSPARENT_UNLIMITED) + 1;
+    return bounces + (scene_.tints() ? passes : 0);
   }
 
   const Scene &scene_;
