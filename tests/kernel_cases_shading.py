@@ -110,10 +110,9 @@ OPS = [
         ops=('vector_curve_v',),
     ),
     Case(
-        'cells_by_number',
-        'ProgramArguments a; for (int k = 0; k < 32; ++k) a.v[k] = 0.5f;'
-        'a.v[0] = p.x; a.v[1] = p.y; a.v[2] = p.z; a.v[5] = 0.0f; value = op_voronoi_v(1u, p, x, 1.0f, 0.0f, 0.5f,'
-        ' 2.0f, 1.0f, 0.5f, 1.0f); tile = op_radial_tiling_f(0u, p, 5.5f, 0.4f);',
+        'cells_and_tiles',
+        'value = op_voronoi_v(1u, p, x, 1.0f, 0.0f, 0.5f, 2.0f, 1.0f, 0.5f, 1.0f);'
+        'tile = op_radial_tiling_f(0u, p, 5.5f, 0.4f);',
         {'p': ('vec3', points()), 'x': NUMBER},
         {'value': 'vec3', 'tile': 'float'},
         LIBRARY,
@@ -187,7 +186,7 @@ SURFACES = [
     ),
     Case(
         'surface_lobes',
-        'Surface at_surface = s; ' + BEGIN + 'const ClosureRow row = LOAD(scene.program_closures,'
+        BEGIN + 'const ClosureRow row = LOAD(scene.program_closures,'
         ' program.surface.result); SurfacePick drawn; drawn.kind = row.kind; drawn.u = 0.5f; drawn.mode = row.mode;'
         'drawn.arguments = row.arguments; drawn.constants = program.constants; drawn.weight = vec3(1.0f);'
         'lobe_clear(LOBE_NONE, vec3(0.0f), s.n, l);'
