@@ -17,6 +17,7 @@ constexpr std::uint32_t KERNEL_FEATURES = COTORRA_KERNEL_FEATURES;
 #include "cpu_batch.h"
 #include "cpu_camera.h"
 #include "cpu_occlusion.h"
+#include "cpu_passes.h"
 #include "cpu_staged.h"
 #include "cpu_surface.h"
 #include "cpu_terms.h"
@@ -61,7 +62,7 @@ class Renderer {
       lanes = bounce_rays(lanes, bounce);
       counts_.bounce += static_cast<std::uint64_t>(lanes);
     }
-    add(pixels, first, per_pixel);
+    stage_samples(tracer_, pixels, first, per_pixel);
   }
 
  private:
@@ -191,7 +192,7 @@ class Renderer {
       b_.shading.set_bsdf(i, bsdf);
       if (FEATURE(FEATURE_DATA_PASSES) && bounce == 0) {
         const vec3 weight = FEATURE(FEATURE_PROGRAMS) ? b_.shaded[i].weight : vec3(1.0f);
-        record(b_.slot[i], s, material, bsdf.diffuse * weight * PI);
+        record_surface(tracer_, b_.slot[i], s, material, bsdf.diffuse * weight * PI);
       }
       if (FEATURE(FEATURE_TERMS) && bounce == 0 && job_.passes.terms) {
         record_terms(scene_, s.p, bsdf, b_.shading.wo.get(i), b_.pixel[b_.slot[i]], b_);
@@ -244,31 +245,6 @@ class Renderer {
       if (bounce > 0 || !job_.transparent) add_light(slot, world, scene_.world_group);
     }
     if (bounce == 0) b_.alpha[slot] = 0.0f;
-  }
-
-  // Passes that describe the first surface. `slot` is the sample, whose filter offset u, v still hold.
-  void record(uint slot, const Surface &s, const Material &material, vec3 diffuse) {
-    const std::size_t pixel = b_.pixel[slot];
-    if (job_.passes.nearest) {
-      NearestRecord &r = b_.staged.nearest[pixel];
-      const float distance2 = sqr(b_.u[slot]) + sqr(b_.v[slot]);
-      if (distance2 < r.distance2) {
-        r.distance2 = distance2;
-        r.depth = film_number(camera_depth(job_.camera, s.p));
-        r.position = film_vector(s.p);
-        r.object_index = static_cast<float>(scene_.instances.v[s.instance].pass_index);
-        r.material_index = static_cast<float>(material.pass_index);
-      }
-    }
-    if (job_.passes.surface) {
-      SurfaceRecord &r = b_.staged.surface[pixel];
-      r.normal += film_vector(s.n);
-      const vec2 uv = surface_uv(scene_, s);
-      r.uv = r.uv + vec2(film_number(uv.x), film_number(uv.y));
-      const Mesh &mesh = scene_.meshes.v[scene_.instances.v[s.instance].mesh];
-      r.uv_coverage += (mesh.flags & MESH_HAS_UV) != 0u ? 1.0f : 0.0f;
-      r.diffuse_color += film_vector(diffuse);
-    }
   }
 
   // ---- Stage 4: light from lamps and emitting triangles, with shadow rays.
@@ -532,30 +508,6 @@ class Renderer {
       }
       if (pass) b_.staged.occlusion[b_.pixel[b_.slot[i]]] += sky;
       if (picture) b_.radiance[b_.slot[i]] = vec3(sky);
-    }
-  }
-
-  // ---- Stage 6: add the samples to their pixels.
-  void add(std::span<const std::uint16_t> pixels, uint first, uint per_pixel) {
-    std::size_t slot = 0;
-    for (const std::uint16_t pixel : pixels) {
-      FilmPixel sum{vec3(0.0f), 0.0f};
-      vec3 odd(0.0f);
-      for (uint s = 0; s < per_pixel; ++s, ++slot) {
-        vec3 radiance = b_.radiance[slot];
-        const bool finite = film_add(sum, radiance, b_.alpha[slot]);
-        counts_.rejected += finite ? 0u : 1u;
-        if (((first + s) & 1u) != 0u) odd += radiance;
-        if (FEATURE(FEATURE_LIGHT_GROUPS) && finite) {
-          const std::size_t n = job_.passes.light_groups;
-          for (std::size_t g = 0; g < n; ++g) b_.staged.groups[pixel * n + g] += film_vector(b_.groups[slot * n + g]);
-        }
-        if (FEATURE(FEATURE_TERMS) && finite) stage_lamps(job_.passes, slot, pixel, b_);
-      }
-      FilmPixel &p = b_.staged.pixels[pixel];
-      p.radiance += sum.radiance;
-      p.alpha += sum.alpha;
-      if (job_.passes.error) b_.staged.odd[pixel] += odd;
     }
   }
 

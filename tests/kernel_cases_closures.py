@@ -215,7 +215,7 @@ PRINCIPLED = [
         scene=True,
     ),
     Case(
-        'principled',
+        'principled_surface',
         'x.n = n; x.coat_n = n; Bsdf bsdf; Lobe l; pick = principled_pick(scene, x, n, n, 0.0f, bsdf, l, scale);'
         'bsdf_prepare_nothing(n, n, bsdf); none = bsdf.p_glossy;'
         'glow = principled_emission(scene.albedo, x, n, n); albedo = principled_albedo(scene.albedo, x, n, n);',

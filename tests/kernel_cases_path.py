@@ -131,7 +131,8 @@ MATERIALS = [
         'bsdf_evaluation',
         'Bsdf bsdf; bsdf_prepare(scene, material, n, ng, wo, bsdf); fresnel = bsdf_fresnel(bsdf, c, c * c);'
         'pdf_glossy = 0.25f; alone = bsdf_eval_glossy(bsdf, c, 1.5f, 0.1f, c * c, pdf_glossy);'
-        'diffuse = bsdf_eval_lobes(bsdf, wo, wi, glossy, pdf_lobes); f = bsdf_eval(bsdf, wo, wi, pdf);',
+        'diffuse = bsdf_eval_lobes(bsdf, wo, wi, glossy, pdf_lobes); f = bsdf_eval(bsdf, wo, wi, pdf);'
+        'part = bsdf_diffuse_pdf(bsdf, wi);',
         {'material': MATERIAL, 'n': NORMAL, 'ng': NORMAL, 'wo': WO, 'wi': DIRECTION, 'c': COSINE},
         {
             'alone': 'vec3',
@@ -142,6 +143,7 @@ MATERIALS = [
             'pdf_lobes': 'float',
             'f': 'vec3',
             'pdf': 'float',
+            'part': 'float',
         },
         ROUNDING,
         scene=True,
@@ -173,10 +175,19 @@ STAGES = [
         'path_finds',
         'light = path_meet_light(scene, lamp, path, p, d, t_max, group); sky = path_escape(scene, path, d);'
         'glow = path_emission(scene, path, s, material, d, t_max); at = path_point(scene, path, s, d, t_max);'
+        'counted = background_point(d); path_counts(path, counted);'
         'through = found_throughput(scene, path, mask, found_pdf);',
         {'lamp': LAMP, 'path': PATH, 'p': POINT, 'd': DIRECTION, 't_max': ('float', magnitudes(0.1, 100.0))}
         | {'s': SURFACE, 'material': MATERIAL, 'mask': ('uint', integers(64))},
-        {'light': 'vec3', 'group': 'int', 'sky': 'vec3', 'at': 'ShaderPoint', 'glow': 'vec3', 'through': 'vec3'}
+        {
+            'light': 'vec3',
+            'group': 'int',
+            'sky': 'vec3',
+            'at': 'ShaderPoint',
+            'counted': 'ShaderPoint',
+            'glow': 'vec3',
+            'through': 'vec3',
+        }
         | {'found_pdf': 'float'},
         scene=True,
     ),

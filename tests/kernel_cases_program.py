@@ -48,6 +48,7 @@ CASES = [
         {'number': 'float'},
         ROUNDED,
         program=True,
+        ops=('math',),
     ),
     Case(
         'program_vectors',

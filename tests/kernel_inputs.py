@@ -10,6 +10,7 @@ from functools import cache
 
 import numpy as np
 
+from kernel_inputs_programs import add_programs
 from kernel_inputs_textures import add_textures
 from kernel_parity import Draw, Scene
 from kernel_source import constants, dtype_of
@@ -267,6 +268,7 @@ def scene() -> Scene:
         nested={'meshes': nested},
     )
     add_textures(made, rng, 3 * TRIANGLES, TRIANGLES + 2)
+    assert add_programs(made) == MATERIALS, 'rows name materials with programs by this number'
     return made
 
 

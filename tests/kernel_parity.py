@@ -50,6 +50,8 @@ class Case:
     inputs:    name -> (kernel type, how to draw n values of it).
     outputs:   name -> kernel type; flags are written as uint.
     program:   the body calls ops of shading programs.
+    groups:    names of the groups of ops (program/ops.h) that the body's programs need; the shader has no others.
+    ops:       names of ops that the body calls by their numbers.
     tolerance: of all float outputs; `tolerances` names those that differ from it.
     """
 
@@ -61,6 +63,8 @@ class Case:
     tolerances: dict[str, Tolerance] = field(default_factory=dict)
     scene: bool = False
     program: bool = False
+    groups: tuple[str, ...] = ()
+    ops: tuple[str, ...] = ()
 
     def record(self, fields: Sequence[tuple[str, str]]) -> np.dtype:
         return kernels.record_dtype(tuple((kind, name, 1) for kind, name in fields))[0]
@@ -129,8 +133,14 @@ def glsl(case: Case) -> str:
     """The compute shader of a case."""
     layout = 'layout(buffer_reference, scalar, buffer_reference_align = 8)'
     headers = _INCLUDES + (_PROGRAM_INCLUDES if case.program else '')
+    choice = ''
+    if case.groups:
+        mask = sum(kernels.constants()[group] for group in case.groups)
+        choice = (
+            f'#define PROGRAM_GROUP(BIT) (((BIT) & {mask:#x}u) != 0u)\n#define PROGRAM_VARIANT(BIT) ((BIT) != 0u)\n'
+        )
     return (
-        f'{headers}{_struct("CaseIn", case.input_fields)}{_struct("CaseOut", case.output_fields)}'
+        f'{choice}{headers}{_struct("CaseIn", case.input_fields)}{_struct("CaseOut", case.output_fields)}'
         'BUFFER_REF(CaseIn, CaseInBuffer)\n'
         f'{layout} writeonly buffer CaseOutBuffer {{ CaseOut v[]; }};\n'
         'BUFFER_REF(SceneData, SceneDataBuffer)\n'

@@ -41,6 +41,8 @@ _COMMENT = re.compile(r'//[^\n]*|/\*.*?\*/', re.DOTALL)
 _STRUCT = re.compile(r'^struct (\w+) \{(.*?)^\};', re.DOTALL | re.MULTILINE)
 _FIELD = re.compile(r'(\w+)\s+(\w+)(?:\[(\w+)\])?\s*;')
 _FUNCTION = re.compile(r'^FN\s+\w+\s+(\w+)\s*\(', re.MULTILINE)
+# From the name to the next function, or to the end.
+_DEFINITION = re.compile(r'^FN\s+\w+\s+(\w+)\s*\((.*?)(?=^FN\b|\Z)', re.DOTALL | re.MULTILINE)
 _REFERENCE = re.compile(r'^BUFFER_(?:REF|RW)\((\w+),\s*(\w+)\)', re.MULTILINE)
 _CONSTANT = re.compile(r'^const uint (\w+) = (\w+?)u;', re.MULTILINE)
 
@@ -62,6 +64,14 @@ def text(path: Path) -> str:
 def functions(path: Path) -> list[str]:
     """Names of the functions that a header defines."""
     return _FUNCTION.findall(text(path))
+
+
+def bodies(path: Path) -> dict[str, str]:
+    """Text of each function that a header defines, by its name; those of one name together."""
+    found: dict[str, str] = {}
+    for name, body in _DEFINITION.findall(text(path)):
+        found[name] = found.get(name, '') + body
+    return found
 
 
 @cache

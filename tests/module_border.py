@@ -145,6 +145,36 @@ def render_textured(settings: object) -> None:
         assert {'programs', 'transparency'} <= set(session.stats()['features'])
 
 
+def render_wild(settings: object) -> None:
+    """Every op, whatever its arguments are, constants and what is computed: no place beyond an array is read."""
+    sketch = shaders.Sketch()
+    far = sketch.op('math', sketch.op('component', sketch.op('position')), 1e38, 0.0, mode=2)
+    wild = (far, np.nan, np.inf, -np.inf, -1.0, 3e9, 1e38, 70000.5)
+    total, uses = sketch.op('splat', far), 0
+    for name, (number, result, arguments) in cotorra_native.shader_ops().items():
+        if name.startswith(('ramp', 'curve', 'rgb_curve', 'vector_curve')):  # compiling demands their places
+            continue
+        for trial in range(3):
+            values = []
+            for kind in arguments:
+                uses += 1
+                value = far if name.startswith(('image', 'environment')) else wild[uses % len(wild)]
+                values.append(sketch.op('splat', value) if kind == 'v' else value)
+            mode = (37 * uses & 63) | (trial << 30 if number < 48 else 0)
+            value = sketch.op(name, *values, mode=mode)
+            total = sketch.op('vector_math_v', total, value if result == 'v' else sketch.op('splat', value), 0.0, 1.0)
+    sketch.principled(
+        base_color=total, roughness=far, normal=total, emission=total, alpha=sketch.op('component', total)
+    )
+    scene = build(dataclasses.replace(make_textured_scene(), shaders=(sketch.shader('wild'),)))
+    session = cotorra_native.Session(scene, make_camera(), dataclasses.replace(settings, samples=2))
+    session.start()
+    assert session.wait(120.0)
+    image = np.zeros((HEIGHT, WIDTH, 4), F32)
+    session.read('combined', image)
+    assert np.isfinite(image).all()
+
+
 def make_camera() -> object:
     transform = np.eye(3, 4, dtype=F32)
     transform[2, 3] = 3.0
@@ -183,6 +213,7 @@ def main() -> None:
     session.stats()
 
     render_textured(settings)
+    render_wild(settings)
 
     # Arrays that do not fit are refused, and nothing is written through them.
     for out in (image[:, :, :3], image[:-1], image.astype(np.float64), image[:, ::2], np.zeros(3, F32)):

@@ -28,7 +28,7 @@ PYTHON = [
 ]
 NATIVE = [path for path in SOURCES if path not in PYTHON]
 ALL_FEATURES = 0x1FFFF
-MEMORY = ('-fsanitize=address,undefined', '-fno-sanitize-recover=all')
+MEMORY = ('-fsanitize=address,undefined,float-cast-overflow', '-fno-sanitize-recover=all')
 THREADS = ('-fsanitize=thread',)
 
 # Embree and its TBB are not built with the sanitizer: it sees their memory, but not the atomics that order its use.

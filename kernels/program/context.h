@@ -172,6 +172,9 @@ FN vec3 object_info(IN(SceneData) scene, IN(ShaderPoint) at, uint op, uint mode)
 
 // ---- All of them
 
+// The layer of UV maps and attributes that an argument names; of what is no such number, one that no mesh has.
+FN uint layer_of(float a) { return uint(int(select(a >= 0.0f, min(a, 65535.0f), 65535.0f))); }
+
 // Ops that take the point a little aside where their mode asks for it.
 FN vec3 program_coordinates(IN(SceneData) scene, IN(ShaderPoint) here, uint op, uint mode, float argument) {
   ShaderPoint at = here;
@@ -184,7 +187,7 @@ FN vec3 program_coordinates(IN(SceneData) scene, IN(ShaderPoint) here, uint op, 
   if (op == OP_CAMERA_POSITION) return camera_space(scene, at);
   if (op == OP_WINDOW) return window_coordinates(scene, at);
   uint components;
-  const vec4 a = point_attribute(scene, uint(int(argument)), at, components);
+  const vec4 a = point_attribute(scene, layer_of(argument), at, components);
   if (op == OP_ATTRIBUTE_ALPHA) return vec3(a.w);
   if (op == OP_ATTRIBUTE_FAC) return vec3(components == 2u ? a.x : (a.x + a.y + a.z) * (1.0f / 3.0f));
   return vec3(a.x, a.y, a.z);
@@ -194,11 +197,11 @@ FN vec3 program_coordinates(IN(SceneData) scene, IN(ShaderPoint) here, uint op, 
 FN vec3 program_normal(IN(SceneData) scene, IN(ShaderPoint) at, uint op, uint mode, IN(ProgramArguments) a) {
   if (op == OP_TANGENT) return radial_tangent(scene, at, mode, point_generated(scene, at));
   if (op == OP_GEOMETRY_TANGENT) return radial_tangent(scene, at, 2u, point_generated(scene, at));
-  if (op == OP_UV_TANGENT) return uv_tangent(scene, at, uint(int(a.v[0])));
+  if (op == OP_UV_TANGENT) return uv_tangent(scene, at, layer_of(a.v[0]));
   if (op == OP_NORMAL_MAP) {
     vec3 color = argument3(a, 0);
     if ((mode & NORMAL_MAP_DIRECTX) != 0u) color.y = 1.0f - color.y;
-    return normal_map(scene, at, mode & 7u, color, a.v[3], uint(int(a.v[4])));
+    return normal_map(scene, at, mode & 7u, color, a.v[3], layer_of(a.v[4]));
   }
   const float distance = a.v[4] * select((mode & 1u) != 0u, -1.0f, 1.0f);
   return bump_normal(at, argument3(a, 5), a.v[0], a.v[1], a.v[2], a.v[3], distance);

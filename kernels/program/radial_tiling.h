@@ -72,6 +72,7 @@ FN float turn_of(vec3 p) { return angle_of(p.y, p.x) + select(p.y < 0.0f, TWO_PI
 FN TilingPoint tiling_regular(float radius, float from_divider, float half_turn, float roundness, IN(TilingHalf) h,
                               IN(TilingHalf) side, bool straight, bool normalized) {
   TilingPoint r;
+  r.rotation = 0.0f;  // radial_tiling's
   const float nearest = min(from_divider, 2.0f * half_turn - from_divider);
   const float middle = abs(half_turn - from_divider);
   const vec2 centre = vec2((1.0f - roundness) / cos(half_turn), 0.0f);
@@ -100,6 +101,7 @@ FN TilingPoint tiling_last(float radius, float from_divider, float half_turn, fl
                            IN(TilingHalf) outer, IN(TilingHalf) regular, vec2 centre, float circle, float signed_angle,
                            bool straight, bool normalized) {
   TilingPoint r;
+  r.rotation = 0.0f;
   const float scale = cos(half_turn) / cos(last);
   const bool inside = straight || signed_angle < 0.0f;
   const float middle = abs(last - from_divider);
