@@ -69,25 +69,6 @@ FN void scattering_sample(IN(SceneData) scene, IN(Bsdf) bsdf, IN(Lobe) lobe, vec
   if (!lobe_is_diffuse(lobe)) s.lobe |= BSDF_SHARP;
 }
 
-// Sets up what the surface scatters toward wo: for a MATERIAL_LOBES the layer that u picks, which scales the path's
-// throughput; else the material's Bsdf.
-FN void scattering_prepare(IN(SceneData) scene, IN(Material) material, IN(Surface) s, vec3 wo, float u, OUT(Bsdf) bsdf,
-                           OUT(Lobe) lobe, OUT(vec3) scale) {
-  scale = vec3(1.0f);
-  if (FEATURE(FEATURE_LOBES)) {
-    if ((material.flags & MATERIAL_LOBES) != 0u) {
-      PrincipledInputs inputs = LOAD(scene.principled, s.material);
-      inputs.n = s.n;
-      inputs.coat_n = s.n;
-      inputs.inside = select(s.side < 0.0f, 1u, 0u);
-      principled_pick(scene, inputs, s.ng, wo, u, bsdf, lobe, scale);
-      return;
-    }
-    lobe_clear(LOBE_NONE, vec3(0.0f), s.n, lobe);
-  }
-  bsdf_prepare(scene, material, s.n, s.ng, wo, bsdf);
-}
-
 #ifdef __cplusplus
 }  // namespace cotorra
 #endif

@@ -110,7 +110,6 @@ const uint MATERIAL_MULTI_GGX = 16u;   // microfacet energy is preserved (Blende
 const uint MATERIAL_PROGRAM = 512u;    // a part of it varies (MaterialProgram)
 const uint MATERIAL_TINTED = 2048u;    // what it lets through has a colour: a program says what
 const uint MATERIAL_MODEL = 1024u;     // its reflection model is not Principled
-const uint MATERIAL_LOBES = 4096u;     // SceneData.principled has its inputs
 const uint MATERIAL_INDEX_SHIFT = 14u;  // above: of a MATERIAL_MODEL, its place in SceneData.models
 
 // One material: Principled BSDF, as far as it is a constant.
@@ -273,7 +272,6 @@ BUFFER_REF(Mesh, MeshBuffer)
 BUFFER_REF(Instance, InstanceBuffer)
 BUFFER_REF(Emitter, EmitterBuffer)
 BUFFER_REF(MaterialModel, MaterialModelBuffer)
-BUFFER_REF(PrincipledInputs, PrincipledBuffer)
 
 // ---- What programs read. All of the buffers are null where no material is a program (without FEATURE_PROGRAMS).
 const uint TEXELS_UINT8 = 0u;  // the largest number of both integer kinds is 1
@@ -383,7 +381,6 @@ struct SceneData {
   FloatBuffer program_constants;
   FloatBuffer tables;  // ramps and curves of all programs
   MeshTexturesBuffer mesh_textures;  // [meshes]
-  PrincipledBuffer principled;  // [materials], of those with MATERIAL_LOBES; null where there are none
   ObjectSpaceBuffer object_spaces;  // [instances], null where no program asks
   InstanceInfoBuffer instance_infos;  // [instances], null where no program asks
   Vec4Buffer instance_attributes;  // [layers * instances]
@@ -403,7 +400,7 @@ struct SceneData {
 #ifdef __cplusplus
 static_assert(sizeof(Light) == 112 && sizeof(Material) == 64 && sizeof(Mesh) == 56 && sizeof(Instance) == 112 &&
               sizeof(Emitter) == 88 && sizeof(LightShape) == 32 && sizeof(MaterialModel) == 160 &&
-              sizeof(ClassicMaterial) == 64 && sizeof(SceneData) == 344);
+              sizeof(ClassicMaterial) == 64 && sizeof(SceneData) == 336);
 static_assert(sizeof(Texture) == 32 && sizeof(MeshTextures) == 128 && sizeof(ObjectSpace) == 64 &&
               sizeof(InstanceInfo) == 32);
 }  // namespace cotorra

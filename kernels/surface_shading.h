@@ -213,7 +213,8 @@ FN void surface_shading(IN(SceneData) scene, IN(ShaderPoint) at, float u, INOUT(
                         OUT(Bsdf) bsdf, OUT(Lobe) lobe) {
   surface_begin(scene, s, shading);
   if (!surface_varies(scene, s, shading.material)) {
-    scattering_prepare(scene, shading.material, s, at.wo, u, bsdf, lobe, shading.weight);
+    bsdf_prepare(scene, shading.material, s.n, s.ng, at.wo, bsdf);
+    lobe_clear(LOBE_NONE, vec3(0.0f), s.n, lobe);
     bsdf.n_smooth = s.n;
     return;
   }

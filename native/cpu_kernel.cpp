@@ -180,12 +180,8 @@ class Renderer {
         bsdf = b_.shading.bsdf(i);
       } else {
         const vec3 smooth = b_.shading.n.get(i);
-        if (wants(FEATURE_LOBES)) {
-          prepare_scattering(i, bounce, material, bsdf);
-        } else {
-          bsdf_prepare(scene_, material, s.n, s.ng, b_.shading.wo.get(i), bsdf);
-          if (FEATURE(FEATURE_LOBES)) b_.shading.lobe[i].kind = LOBE_NONE;
-        }
+        bsdf_prepare(scene_, material, s.n, s.ng, b_.shading.wo.get(i), bsdf);
+        if (FEATURE(FEATURE_LOBES)) b_.shading.lobe[i].kind = LOBE_NONE;
         if (FEATURE(FEATURE_PROGRAMS)) bsdf.n_smooth = smooth;
       }
       if (wants(FEATURE_WHITTED)) whitted_prepare(material, scene_.classic.v[s.material], bsdf);
@@ -199,17 +195,6 @@ class Renderer {
       }
     }
     return count;
-  }
-
-  void prepare_scattering(std::size_t i, uint bounce, const Material &material, Bsdf &bsdf) {
-    PathState &path = b_.path[i];
-    const float u = sampler_pair(path.random, pair_seed(bounce, PAIR_CLOSURE)).x;
-    Lobe lobe;
-    vec3 scale;
-    scattering_prepare(scene_, material, b_.surface[i], b_.shading.wo.get(i), u, bsdf, lobe, scale);
-    b_.shading.set_lobe(i, lobe);
-    path.throughput *= scale;
-    b_.shading.throughput.set(i, path.throughput);
   }
 
   void emission(const PathState &path, uint slot, uint bounce, const Hit &hit, vec3 direction) {

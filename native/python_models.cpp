@@ -40,7 +40,6 @@ MaterialsInput read_materials(nb::handle materials, std::vector<nb::object> &kee
   MaterialsInput in;
   in.pass_index = view<int, std::int32_t>(materials, "pass_index", keep);
   in.emission_sampling = view<uint, std::uint32_t>(materials, "emission_sampling", keep);
-  if (nb::hasattr(materials, "principled")) in.principled = view<float, float>(materials, "principled", keep);
   in.shader = view<int, std::int32_t>(materials, "shader", keep);
   in.models = read_models(nb::getattr(materials, "models", nb::none()), keep);
   return in;

@@ -120,7 +120,6 @@ void Scene::prepare(SceneInput &input) {
   prepare_programs(input.programs, input.materials);
   prepare_models(input.materials.models);
   prepare_classic();
-  prepare_lobes(input.materials.principled);
   material_slots_.assign(input.material_slots.begin(), input.material_slots.end());
   prepare_lights(input.lights);
   prepare_instances(input);
@@ -434,7 +433,6 @@ void Scene::prepare_features() {
     if ((m.flags & MATERIAL_TRANSPARENT) != 0) features_ |= FEATURE_TRANSPARENCY;
     tints_ |= (m.flags & MATERIAL_TINTED) != 0;
     models |= (m.flags & MATERIAL_MODEL) != 0;
-    lobes |= (m.flags & MATERIAL_LOBES) != 0;
     const int shader = material_shaders_.empty() ? -1 : material_shaders_[k];
     lobes |= shader >= 0 && compiled_[static_cast<std::size_t>(shader)].asks_lobes;
   }

@@ -57,8 +57,6 @@ struct MaterialsInput {
   std::span<const uint> emission_sampling;
   std::span<const int> shader;  // -1: the default grey
   ModelsInput models{};
-  std::span<const float>
-      principled{};    // words of PrincipledInputs by material, `inside` 1: it asks for lobes; for tests
 };
 
 struct LightsInput {
@@ -189,7 +187,6 @@ class Scene {
   void prepare(SceneInput &input);
   void prepare_models(const ModelsInput &input);  // after the materials
   void prepare_classic();
-  void prepare_lobes(std::span<const float> words);
   void prepare_programs(ProgramsInput &input, const MaterialsInput &materials);  // before all that shaders tell
   void validate_shaders(const SceneInput &input) const;
   // The emission of a shader of a lamp or world, 1 for none; notes in `varies` where it is no constant.
@@ -229,7 +226,6 @@ class Scene {
   std::vector<uint> first_instances_;  // by geometry of the top-level BVH
   std::vector<Material> materials_;
   std::vector<MaterialModel> models_;
-  std::vector<PrincipledInputs> principled_;
   std::vector<ClassicMaterial> classic_;
   Textures textures_;
   ProgramLibrary library_of_programs_;

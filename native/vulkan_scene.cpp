@@ -142,8 +142,6 @@ std::vector<Mesh> upload_scene(const Scene &scene, std::uint32_t features, Uploa
   data.filter_table.v = uploader.put(std::span(data.filter_table.v, FILTER_TABLE_SIZE), "the pixel filter");
   const std::size_t models = (features & FEATURE_MODELS) != 0 ? data.material_count : 0;
   data.models.v = uploader.put(std::span(data.models.v, models), "reflection models");
-  const std::size_t principled = (features & FEATURE_LOBES) != 0 ? data.material_count : 0;
-  data.principled.v = uploader.put(std::span(data.principled.v, principled), "materials");
   const std::size_t shapes = (features & FEATURE_LIGHT_SHAPES) != 0 ? data.light_count : 0;
   data.light_shapes.v = uploader.put(std::span(data.light_shapes.v, shapes), "light shapes");
   upload_textures(scene, uploader, data);  // nothing, where no material reads an image

@@ -232,12 +232,10 @@ PRINCIPLED = [
         'seen = visible_scattering(scene, bsdf, l, o, i, VISIBLE_ALL, pdf);'
         'BsdfSample b; scattering_sample(scene, bsdf, l, o, 0.0f, u, b); wi = b.wi;'
         'const Light light = LOAD(scene.lights, lamp); LightSample sent; light_sample(light, s.p, s.n, u, sent);'
-        'gain = lobe_light_contribution(scene, light, sent, bsdf, l, o, vec3(1.0f), 1.0f);'
-        'Material m = LOAD(scene.materials, s.material); Lobe own; m.flags |= MATERIAL_LOBES;'
-        'scattering_prepare(scene, m, s, s.ng, 0.0f, bsdf, own, scale);',
+        'gain = lobe_light_contribution(scene, light, sent, bsdf, l, o, vec3(1.0f), 1.0f);',
         {'l': ANY, 's': ('Surface', surfaces), 'o': LOCAL, 'i': LOCAL, 'u': SQUARE, 'lamp': ('uint', integers(LIGHTS))},
         {'has': 'uint', 'through': 'uint', 'diffuse': 'uint', 'kind': 'uint', 'shadow': 'float', 'seen': 'vec3'}
-        | {'pdf': 'float', 'wi': 'vec3', 'gain': 'vec3', 'scale': 'vec3'},
+        | {'pdf': 'float', 'wi': 'vec3', 'gain': 'vec3'},
         CLOSE,
         scene=True,
     ),

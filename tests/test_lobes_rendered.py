@@ -1,40 +1,26 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Paths through surfaces: panes, spheres and sheets of lobes under suns and a white world, on both devices.
 
-Materials ask for lobes by the words of PrincipledInputs; no Blender here. What a lobe does by itself is
-test_closures.py's.
+Shaders are made of a few closures here; no Blender. What a lobe does by itself is test_closures.py's.
 """
 
 from __future__ import annotations
-
-from dataclasses import dataclass
 
 import numpy as np
 import pytest
 from cotorra.export import buffers as b
 
-import closure_kernels as closure
-from texture_scenes import camera, instances, lights, materials, plane, render, scene
+from texture_scenes import Made, camera, instances, lights, materials, plane, render, scene
 
 VIEW = camera(0.5, 16)
 FROM_ABOVE = lights(((0.0, 0.0, -1.0), np.pi))  # a white Lambertian surface that faces it has radiance 1
 FROM_BELOW = lights(((0.0, 0.0, 1.0), np.pi))
 
 
-@dataclass(frozen=True)
-class LobeMaterials(b.Materials):
-    """Materials, and the inputs of Principled of those that ask for lobes."""
-
-    principled: np.ndarray | None = None
-
-
-def asked(count: int, **values: object) -> LobeMaterials:
-    """As many materials of one kind; the others are Lambertian, albedo 0.8."""
-    inputs = closure.inputs(count, **{'base_color': 1.0, 'specular_level': 0.0, **values})
-    inputs['inside'] = 1
-    plain = materials(count)
-    words = np.ascontiguousarray(inputs).view(np.float32)
-    return LobeMaterials(**{name: getattr(plain, name) for name in plain.__dataclass_fields__}, principled=words)
+def asked(count: int, **values: object) -> Made:
+    """As many Principled materials of one kind, white and without a specular layer."""
+    values = {'base_color': (1.0, 1.0, 1.0), 'ior': 1.5, 'specular_level': 0.0, **values}
+    return materials(count, **{name: [value] * count for name, value in values.items()})
 
 
 @pytest.fixture(params=['CPU', 'VULKAN'])
@@ -56,7 +42,7 @@ def layers(count: int) -> tuple[b.Mesh, ...]:
 @pytest.mark.parametrize('anisotropy', [-1.0, 0.0, 1.0])
 def test_a_thin_sheet_shines_in_the_sun_behind_it(device: str, anisotropy: float) -> None:
     """Of a thin scattering wall, (1 + g) / 2 of a sun behind it comes through, and the rest of one before it back."""
-    made = asked(1, thin_wall=1, subsurface=1.0, subsurface_anisotropy=anisotropy)
+    made = asked(1, thin_wall=1.0, subsurface=1.0, subsurface_anisotropy=anisotropy)
     for suns, share in ((FROM_BELOW, 0.5 * (1 + anisotropy)), (FROM_ABOVE, 0.5 * (1 - anisotropy))):
         got = mean(scene(layers(1), made, lights=suns), device)
         np.testing.assert_allclose(got, share, atol=0.02)
@@ -73,7 +59,7 @@ def test_white_glass_is_as_bright_as_the_world(device: str, layer: dict[str, flo
 
 def test_transmission_has_a_limit_of_its_own(device: str) -> None:
     """Four clear sheets under the camera, and the world behind them."""
-    made = asked(4, thin_wall=1, transmission=1.0, roughness=0.0, ior=1.0)
+    made = asked(4, thin_wall=1.0, transmission=1.0, roughness=0.0, ior=1.0)
     world = b.World(color=(1.0, 1.0, 1.0))
     sheets = scene(layers(4), made, world=world)
     for limit, light in ((0, 0), (3, 0), (4, 1), (12, 1)):
@@ -84,10 +70,8 @@ def test_transmission_has_a_limit_of_its_own(device: str) -> None:
 
 def test_surfaces_hidden_from_transmission_are_not_met_behind_glass(device: str) -> None:
     """A clear sheet over a floor in the sun, which rays through the sheet see, or not."""
-    made = asked(2, thin_wall=1, transmission=1.0, roughness=0.0, ior=1.0)
-    words = made.principled.reshape(2, -1).copy()
-    words.view(np.uint32)[0, -1] = 0  # the floor is Lambertian
-    floor = LobeMaterials(**{**{n: getattr(made, n) for n in made.__dataclass_fields__}, 'principled': words})
+    glass = {'thin_wall': 1.0, 'transmission': 1.0, 'roughness': 0.0, 'ior': 1.0, 'base_color': (1.0, 1.0, 1.0)}
+    floor = materials(2, **{name: [None, value] for name, value in glass.items() if name != 'ior'}, ior=[1.0, 1.0])
     for visibility, light in ((63, 0.8), (63 & ~8, 0.0)):
         placed = instances(2, visibility=np.array([visibility, 63 & ~32], np.uint32))
         got = mean(scene(layers(2), floor, lights=FROM_ABOVE, instances=placed), device)
