@@ -177,7 +177,7 @@ def test_worlds_and_lamps_have_shaders() -> None:
     buffers = exported(scene)
     assert buffers.world.shader >= 0
     assert buffers.lights.shader.tolist() == [buffers.lights.shader[0]] and buffers.lights.shader[0] >= 0
-    assert buffers.lights.energy.tolist() == [[5.0, 5.0, 5.0]]
+    assert buffers.lights.strength.tolist() == [[5.0, 5.0, 5.0]]
 
 
 # ---- What Cycles derives of meshes.
