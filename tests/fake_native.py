@@ -68,8 +68,8 @@ class Scene:
     def stats(self):
         return {'build_seconds': build_seconds, 'memory_bytes': bytes, 'triangles': 0}
 
-    def varying(self):
-        return {'world': False, 'lights': []}
+    def varying_lights(self):
+        return []
 
 
 class Session:

@@ -81,13 +81,21 @@ def test_a_failure_anywhere_is_an_error_and_the_next_render_works(scene, tmp_pat
     assert stats.last(scene.name)[0].error == ''
 
 
-@pytest.mark.parametrize('failure', [SystemExit(3), MemoryError(), KeyboardInterrupt(), GeneratorExit()])
-def test_no_exception_of_any_kind_reaches_blender(scene, tmp_path, monkeypatch, failure):
+@pytest.mark.parametrize(
+    ('failure', 'words'),
+    [
+        (SystemExit(3), 'SystemExit'),
+        (MemoryError(), 'out of memory'),
+        (KeyboardInterrupt(), 'KeyboardInterrupt'),
+        (GeneratorExit(), 'GeneratorExit'),
+    ],
+)
+def test_no_exception_of_any_kind_reaches_blender(scene, tmp_path, monkeypatch, failure, words):
     def fail(*_arguments):
         raise failure
 
     monkeypatch.setattr(export, 'export_scene', fail)
-    with pytest.raises(RuntimeError, match=type(failure).__name__):
+    with pytest.raises(RuntimeError, match=words):
         render_to(scene, tmp_path / 'image.exr')
 
 

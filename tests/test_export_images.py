@@ -268,15 +268,33 @@ def test_sequence_without_a_number(tmp_path: Path) -> None:
     assert image_path(image, 7) == str(tmp_path / 'still.png')
 
 
-def test_tiles_show_the_first(tmp_path: Path) -> None:
-    build.new_scene()
-    write(tmp_path / 'tile.1001.png', texels(3))
-    image = loaded(tmp_path / 'tile.1001.png')
+def tiles(folder: Path) -> bpy.types.Image:
+    image = loaded(write(folder / 'tile.1001.png', texels(3)))
+    write(folder / 'tile.1002.png', texels(3) + 1)
     image.source = 'TILED'
-    image.filepath = str(tmp_path / 'tile.<UDIM>.png')
-    buffers, warnings = shown(image)
-    np.testing.assert_array_equal(buffers.images[0].pixels, texels(3))
-    assert warnings == [f'Image "{image.name}": UDIM tiles are not supported yet: the first is shown']
+    image.filepath = str(folder / 'tile.<UDIM>.png')
+    image.tiles.new(1002)
+    return image
+
+
+def test_tiles_are_images_of_their_own(tmp_path: Path) -> None:
+    build.new_scene()
+    buffers, warnings = shown(tiles(tmp_path))
+    missing, first, second = (image.pixels for image in buffers.images)
+    assert missing.tolist() == [[[255, 0, 255]]]  # outside of all tiles
+    np.testing.assert_array_equal(first, texels(3))
+    np.testing.assert_array_equal(second, texels(3) + 1)
+    assert not warnings
+
+
+def test_tiles_show_the_first_where_projected(tmp_path: Path) -> None:
+    build.new_scene()
+    material, node = textured()
+    node.image, node.projection = tiles(tmp_path), 'BOX'
+    buffers, warnings = show(material)
+    [image] = buffers.images
+    np.testing.assert_array_equal(image.pixels, texels(3))
+    assert warnings == [f'Image "{node.image.name}": UDIM tiles are not supported yet: the first is shown']
 
 
 # ---- Files that are broken.

@@ -107,8 +107,7 @@ def test_light_that_varies_is_named() -> None:
     node = next(node for node in tree.nodes if node.type == 'EMISSION')
     build.connect(tree, build.node(tree, 'LightFalloff').outputs['Linear'], node.inputs['Strength'])
     buffers = exported(scene)
-    varying = native.load().Scene(buffers, bvh=False).varying()
-    assert varying == {'world': False, 'lights': [buffers.lights.names.index('Point')]}
+    assert native.load().Scene(buffers, bvh=False).varying_lights() == [buffers.lights.names.index('Point')]
 
 
 def test_switches() -> None:
@@ -239,17 +238,22 @@ def test_world_visibility() -> None:
     assert exported(scene).world.visibility == 63 - VOLUME
 
 
-def test_world_that_varies_is_named() -> None:
+def world_program(scene: bpy.types.Scene) -> str:
+    """The native module's text of what it evaluates where the world is seen; nothing for a constant."""
+    buffers = exported(scene)
+    return native.load().Scene(buffers, bvh=False).explain(buffers.world.shader)
+
+
+def test_world_that_varies_is_a_program() -> None:
     scene = build.new_scene()
     world = build.world(scene, (0.5, 0.25, 0.125), 2)
-    assert native.load().Scene(exported(scene), bvh=False).varying() == {'world': False, 'lights': []}
+    assert not world_program(scene)
     tree = world.node_tree
     background = next(node for node in tree.nodes if node.type == 'BACKGROUND')
     texture = build.node(tree, 'TexEnvironment')
     texture.image = bpy.data.images.new('Sky', 4, 2)
     build.connect(tree, texture.outputs['Color'], background.inputs['Color'])
-    buffers = exported(scene)
-    assert native.load().Scene(buffers, bvh=False).varying()['world'] and buffers.world.name == 'World'
+    assert 'environment_v' in world_program(scene) and exported(scene).world.name == 'World'
 
 
 def test_missing_environment_texture_is_named() -> None:

@@ -19,16 +19,9 @@ from cotorra.log import Log
 from flat_scenes import Flat, flat, shining, shown
 from scenes import build
 from scenes.depsgraphs import exported
-from shader_reading import TABLES, Read, Values
+from shader_reading import Read, Values
 
 pytestmark = pytest.mark.usefixtures('engine')
-
-
-@pytest.fixture(autouse=True)
-def read_shaders(monkeypatch: pytest.MonkeyPatch) -> None:
-    """As if the native module took shaders."""
-    monkeypatch.setattr(shader, 'is_available', lambda: True)
-    monkeypatch.setattr(shader, 'tables', lambda: TABLES)
 
 
 def evaluated(buffers: SceneBuffers, instance: int = 0) -> np.ndarray:
@@ -184,7 +177,7 @@ def test_worlds_and_lamps_have_shaders() -> None:
     buffers = exported(scene)
     assert buffers.world.shader >= 0
     assert buffers.lights.shader.tolist() == [buffers.lights.shader[0]] and buffers.lights.shader[0] >= 0
-    assert buffers.lights.energy.tolist() == [[5.0, 5.0, 5.0]]
+    assert buffers.lights.strength.tolist() == [[5.0, 5.0, 5.0]]
 
 
 # ---- What Cycles derives of meshes.

@@ -142,12 +142,12 @@ def test_an_integrator_shows_its_own_settings(integrator):
 
 
 def test_limits_of_cycles_are_shown_where_they_hold():
-    scene = build.new_scene()
-    assert not [text for text in drawn('COTORRA_RENDER_PT_integrator') if 'Not set here' in text]  # they are the same
+    scene, panel = build.new_scene(), 'COTORRA_RENDER_PT_light_paths_max_bounces'
+    assert not [text for text in drawn(panel) if 'Not set here' in text]  # they are the same
     scene.cycles.max_bounces, scene.cycles.transparent_max_bounces = 3, 5
-    assert 'Not set here, so as for Cycles: Total 3, Transparent 5' in drawn('COTORRA_RENDER_PT_integrator')
+    assert 'Not set here, so as for Cycles: Total 3, Transparent 5' in drawn(panel)
     scene.cotorra.max_bounces = 12
-    assert 'Not set here, so as for Cycles: Transparent 5' in drawn('COTORRA_RENDER_PT_integrator')
+    assert 'Not set here, so as for Cycles: Transparent 5' in drawn(panel)
 
 
 def test_lamps_show_falloff_and_edge():

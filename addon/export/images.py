@@ -20,7 +20,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..log import Log
-from . import bounds
 from .buffers import Image
 
 # Formats of files that are kept; what else there is (32-bit integers, doubles) becomes float.
@@ -140,17 +139,13 @@ class ImageTable:
         has_alpha = pixels.shape[2] in (2, 4)
         if has_alpha and coding.alpha_mode == 'NONE':
             pixels, has_alpha = np.ascontiguousarray(pixels[:, :, :-1]), False
-        if pixels.dtype.kind == 'f' and not (np.isfinite(pixels.min()) and np.isfinite(pixels.max())):
-            self.log.warning(f'Image "{image.name}": it holds NaN or infinity; 0 and the largest number are used')
-            largest = min(float(np.finfo(pixels.dtype).max), bounds.LARGEST)
-            np.nan_to_num(pixels, copy=False, nan=0.0, posinf=largest, neginf=-largest)
         srgb = coding.space == 'sRGB' and self.working_space == REC709
         known = coding.data or srgb or coding.space in (self.working_space, 'scene_linear')
         associated = has_alpha and coding.associates
         multiplied = associated and coding.alpha_mode == 'PREMUL'
-        if pixels.dtype.kind == 'f' and not np.isfinite(pixels).all():
+        if pixels.dtype.kind == 'f' and not (np.isfinite(pixels.min()) and np.isfinite(pixels.max())):
             self.log.warning(f'Image "{image.name}": some of its pixels are no finite numbers: 0 is used')
-            pixels = np.nan_to_num(pixels, nan=0.0, posinf=0.0, neginf=0.0)
+            np.nan_to_num(pixels, copy=False, nan=0.0, posinf=0.0, neginf=0.0)
         if not known:
             pixels, multiplied = self._convert(image, pixels, coding, multiplied)
         if associated and not multiplied:

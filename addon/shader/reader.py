@@ -99,7 +99,7 @@ class Reader:
             if ref is not None:
                 return ref
         own = getattr(socket, 'default_value', 0.0)
-        if type(own) is float and own - own == 0.0:  # the most frequent kind: a finite number
+        if type(own) is float and -LARGEST <= own <= LARGEST:  # the most frequent kind: a number as it should be
             return self.builder.constant(own)
         return self.typed(own, socket.type, vector, socket)
 
