@@ -12,6 +12,7 @@ import pytest
 
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent / 'scripts'))
 import chart
+from metrics import Reference
 
 
 def made(name: str, folder: Path) -> dict[str, list[dict[str, str]]]:
@@ -41,16 +42,28 @@ def test_bad_name(capsys: pytest.CaptureFixture[str]) -> None:
     assert 'misprints' in capsys.readouterr().err
 
 
-def test_models(tmp_path: Path) -> None:
-    tables = made('models', tmp_path)
+def test_models(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     from charting import models
 
+    judged, errors = models.judged, []
+
+    def judge(measured: models.Measured, reference: Reference, plan: models.Plan) -> tuple[float, ...]:
+        """Keeps the standard error of the difference of the means, too. (Pixels are independent.)"""
+        variance = Reference.from_halves(*measured.images).variance + reference.variance
+        errors.append(float(np.sqrt(variance.mean(axis=2).sum()) / variance[..., 0].size / reference.image.mean()))
+        return judged(measured, reference, plan)
+
+    monkeypatch.setattr(models, 'judged', judge)
+    tables = made('models', tmp_path)
     assert [row['model'] for row in tables['models-models']] == list(models.MODELS)
     integrators = {row['integrator']: row for row in tables['models-integrators']}
     # Cycles' own clock shows hundredths of a second: none, for so small a frame.
     assert all(float(row['ms']) > 0.0 for name, row in integrators.items() if not name.startswith('Cycles'))
-    # Two samples a pixel leave the mean of a path-traced frame some percent of noise.
-    assert abs(float(integrators['PATH']['total'])) < 0.1
+    # Fewer than one in a hundred frames lie further from the reference by noise: 2.58 standard errors, 9 % here.
+    error = dict(zip(integrators, errors[-len(integrators) :], strict=True))['PATH']
+    assert abs(float(integrators['PATH']['total'])) < 2.58 * error
+    (principled,) = (row for row in tables['models-models'] if row['model'] == 'Principled')
+    assert principled['total'] == integrators['PATH']['total'], 'the scene as it is, from the same random numbers'
     assert float(integrators['DIRECT']['total']) < -0.2
 
 
