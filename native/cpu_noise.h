@@ -88,7 +88,8 @@ struct NoiseBegin {
     if (channel == 0) {
       COTORRA_EACH s.set<kDimensions>(i, fractal_begin(p.get<kDimensions>(i)));
     } else {
-      COTORRA_EACH s.set<kDimensions>(i, fractal_begin(noise_channel_position(kDimensions, p.get<kDimensions>(i), channel)));
+      COTORRA_EACH s.set<kDimensions>(
+          i, fractal_begin(noise_channel_position(kDimensions, p.get<kDimensions>(i), channel)));
     }
   }
 };

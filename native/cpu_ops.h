@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Ops of numbers, vectors and colours as loops over columns of arguments that the compiler vectorises, from the kernels'
-// own functions: one loop for each mode, so that nothing in it asks for the mode. Included by cpu_program.cpp alone.
+// Ops of numbers, vectors and colours as loops over columns of arguments that the compiler vectorises, from the
+// kernels' own functions: one loop for each mode, so that nothing in it asks for the mode. Included by cpu_program.cpp
+// alone.
 #pragma once
 
 #include "../kernels/program/pure.h"
@@ -21,16 +22,17 @@ struct Math {
 template <uint kMode>
 struct VectorMath {
   COTORRA_LOOP void run(Columns a, int n, Results out) {
-    COTORRA_EACH store(out, i, op_vector_math_v(kMode, column_vector(a, 0, i), column_vector(a, 3, i),
-                                                column_vector(a, 6, i), a[9][i]));
+    COTORRA_EACH store(
+        out, i,
+        op_vector_math_v(kMode, column_vector(a, 0, i), column_vector(a, 3, i), column_vector(a, 6, i), a[9][i]));
   }
 };
 
 template <uint kMode>
 struct VectorNumber {
   COTORRA_LOOP void run(Columns a, int n, Results out) {
-    COTORRA_EACH out[0][i] = op_vector_math_f(kMode, column_vector(a, 0, i), column_vector(a, 3, i),
-                                              column_vector(a, 6, i), a[9][i]);
+    COTORRA_EACH out[0][i] =
+        op_vector_math_f(kMode, column_vector(a, 0, i), column_vector(a, 3, i), column_vector(a, 6, i), a[9][i]);
   }
 };
 
@@ -53,8 +55,7 @@ struct MixNumber {
 template <uint kMode>
 struct MixVector {
   COTORRA_LOOP void run(Columns a, int n, Results out) {
-    COTORRA_EACH store(out, i,
-                       op_mix_v(kMode, column_vector(a, 0, i), column_vector(a, 3, i), column_vector(a, 6, i)));
+    COTORRA_EACH store(out, i, op_mix_v(kMode, column_vector(a, 0, i), column_vector(a, 3, i), column_vector(a, 6, i)));
   }
 };
 
@@ -83,17 +84,18 @@ template <uint kMode>
 struct MapRangeVector {
   COTORRA_LOOP void run(Columns a, int n, Results out) {
     constexpr uint mode = (kMode & 3u) | (kMode >> 2) << 8;
-    COTORRA_EACH store(out, i, op_map_range_v(mode, column_vector(a, 0, i), column_vector(a, 3, i),
-                                              column_vector(a, 6, i), column_vector(a, 9, i), column_vector(a, 12, i),
-                                              column_vector(a, 15, i)));
+    COTORRA_EACH store(out, i,
+                       op_map_range_v(mode, column_vector(a, 0, i), column_vector(a, 3, i), column_vector(a, 6, i),
+                                      column_vector(a, 9, i), column_vector(a, 12, i), column_vector(a, 15, i)));
   }
 };
 
 template <uint kMode>
 struct Mapping {
   COTORRA_LOOP void run(Columns a, int n, Results out) {
-    COTORRA_EACH store(out, i, op_mapping(kMode, column_vector(a, 0, i), column_vector(a, 3, i),
-                                          column_vector(a, 6, i), column_vector(a, 9, i)));
+    COTORRA_EACH store(out, i,
+                       op_mapping(kMode, column_vector(a, 0, i), column_vector(a, 3, i), column_vector(a, 6, i),
+                                  column_vector(a, 9, i)));
   }
 };
 
@@ -124,8 +126,9 @@ COTORRA_LOOP void average_loop(Columns a, int n, Results out) {
   COTORRA_EACH out[0][i] = op_average(0u, column_vector(a, 0, i));
 }
 COTORRA_LOOP void affine_loop(Columns a, int n, Results out) {
-  COTORRA_EACH store(out, i, op_affine(0u, column_vector(a, 0, i), column_vector(a, 3, i), column_vector(a, 6, i),
-                                       column_vector(a, 9, i), column_vector(a, 12, i)));
+  COTORRA_EACH store(out, i,
+                     op_affine(0u, column_vector(a, 0, i), column_vector(a, 3, i), column_vector(a, 6, i),
+                               column_vector(a, 9, i), column_vector(a, 12, i)));
 }
 COTORRA_LOOP void invert_loop(Columns a, int n, Results out) {
   COTORRA_EACH store(out, i, op_invert(0u, column_vector(a, 0, i), a[3][i]));

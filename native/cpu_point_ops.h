@@ -28,8 +28,8 @@ template <uint kOp, bool kVector, bool kMoved>
 struct Coordinates {
   COTORRA_LOOP void run(const ProgramBatch &b, uint mode, Columns a, int n, Results out) {
     const bool has_argument = kOp == OP_ATTRIBUTE || kOp == OP_ATTRIBUTE_ALPHA || kOp == OP_ATTRIBUTE_FAC;
-    COTORRA_EACH store_result<kVector>(out, i, program_coordinates(*b.scene, b.points[i], kOp, kMoved ? mode : 0u,
-                                                                   has_argument ? a[0][i] : 0.0f));
+    COTORRA_EACH store_result<kVector>(
+        out, i, program_coordinates(*b.scene, b.points[i], kOp, kMoved ? mode : 0u, has_argument ? a[0][i] : 0.0f));
   }
 };
 
@@ -149,8 +149,8 @@ struct Curve {
 template <uint kMode>
 struct Curves {
   COTORRA_LOOP void run(const SceneData &scene, Columns a, int n, Results out) {
-    COTORRA_EACH store(
-        out, i, op_rgb_curve_v(scene, kMode, column_vector(a, 0, i), a[3][i], a[4][i], a[5][i], a[6][i]));
+    COTORRA_EACH store(out, i,
+                       op_rgb_curve_v(scene, kMode, column_vector(a, 0, i), a[3][i], a[4][i], a[5][i], a[6][i]));
   }
 };
 

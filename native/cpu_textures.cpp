@@ -108,8 +108,9 @@ COTORRA_LOOP void run_checker(Columns a, int n, Results out) {
 }
 
 inline void store_brick(uint mode, Columns a, std::size_t i, Results out) {
-  store(out, i, op_brick_f(mode, column_vector(a, 0, i), a[3][i], a[4][i], a[5][i], a[6][i], a[7][i], a[8][i], a[9][i],
-                           a[10][i]));
+  store(out, i,
+        op_brick_f(mode, column_vector(a, 0, i), a[3][i], a[4][i], a[5][i], a[6][i], a[7][i], a[8][i], a[9][i],
+                   a[10][i]));
 }
 // Of frequencies of 1 and 2, whose remainders are not divisions.
 template <uint kMode>
@@ -118,9 +119,7 @@ struct Brick {
     COTORRA_EACH store_brick((1u + (kMode & 1u)) | (1u + (kMode >> 1)) << 8, a, i, out);
   }
 };
-COTORRA_LOOP void brick_of_mode(uint mode, Columns a, int n, Results out) {
-  COTORRA_EACH store_brick(mode, a, i, out);
-}
+COTORRA_LOOP void brick_of_mode(uint mode, Columns a, int n, Results out) { COTORRA_EACH store_brick(mode, a, i, out); }
 bool run_brick(uint mode, Columns a, int n, Results out) {
   const uint offset = (mode & 255u) - 1u;
   const uint squash = (mode >> 8) - 1u;

@@ -29,8 +29,7 @@ struct VoronoiLanes {
   PointLanes found_position;
 
   VoronoiInputs inputs(std::size_t i) const {
-    return {scale[i],      detail[i],   roughness[i],  lacunarity[i],
-            smoothness[i], exponent[i], randomness[i], largest[i]};
+    return {scale[i], detail[i], roughness[i], lacunarity[i], smoothness[i], exponent[i], randomness[i], largest[i]};
   }
   void set_inputs(std::size_t i, const VoronoiInputs &in) {
     scale[i] = in.scale;
@@ -43,8 +42,7 @@ struct VoronoiLanes {
     largest[i] = in.largest;
   }
   VoronoiFractal fractal(std::size_t i) const {
-    return {distance[i],  {red[i], green[i], blue[i]}, position.get<4>(i),
-            amplitude[i], frequency[i],                total[i]};
+    return {distance[i], {red[i], green[i], blue[i]}, position.get<4>(i), amplitude[i], frequency[i], total[i]};
   }
   void set_fractal(std::size_t i, const VoronoiFractal &s) {
     distance[i] = s.distance;
@@ -88,8 +86,7 @@ struct Voronoi {
   COTORRA_LOOP void begin(Columns a, int n, VoronoiLanes &s) {
     constexpr uint mode = (kDimensions - 1u) | kFeature << 2 | METRIC_EUCLIDEAN << 5;
     COTORRA_EACH {
-      const VoronoiInputs in =
-          voronoi_inputs(mode, a[4][i], a[5][i], a[6][i], a[7][i], a[8][i], a[9][i], a[10][i]);
+      const VoronoiInputs in = voronoi_inputs(mode, a[4][i], a[5][i], a[6][i], a[7][i], a[8][i], a[9][i], a[10][i]);
       s.set_inputs(i, in);
       s.p.set<4>(i, voronoi_coordinates(kDimensions, column_vector(a, 0, i), a[3][i], a[4][i]));
       s.set_fractal(i, voronoi_begin(mode, in));
@@ -120,9 +117,9 @@ struct Voronoi {
   }
   template <bool kSecond>
   COTORRA_LOOP void ranked(int n, VoronoiLanes &s) {
-    COTORRA_EACH s.set_found(i, voronoi_point(kDimensions, METRIC_EUCLIDEAN, s.exponent[i], s.randomness[i],
-                                              s.cell<kDimensions>(i), s.low.get<4>(i), s.local.get<4>(i),
-                                              kSecond ? s.cell2[i] : s.cell1[i]));
+    COTORRA_EACH s.set_found(
+        i, voronoi_point(kDimensions, METRIC_EUCLIDEAN, s.exponent[i], s.randomness[i], s.cell<kDimensions>(i),
+                         s.low.get<4>(i), s.local.get<4>(i), kSecond ? s.cell2[i] : s.cell1[i]));
   }
   // Without kWhole the distance alone.
   template <bool kWhole>
@@ -143,16 +140,15 @@ struct Voronoi {
   }
   COTORRA_LOOP void edge_begin(int n, VoronoiLanes &s) {
     COTORRA_EACH {
-      s.edge.set<4>(i, voronoi_edge_begin(kDimensions, s.randomness[i], s.cell<kDimensions>(i), s.local.get<4>(i),
-                                          s.cell1[i]));
+      s.edge.set<4>(
+          i, voronoi_edge_begin(kDimensions, s.randomness[i], s.cell<kDimensions>(i), s.local.get<4>(i), s.cell1[i]));
       s.found_distance[i] = VORONOI_FAR;
     }
   }
   COTORRA_LOOP void edge_step(int number, int n, VoronoiLanes &s) {
     COTORRA_EACH {
-      s.found_distance[i] =
-          voronoi_edge_step(kDimensions, s.randomness[i], s.cell<kDimensions>(i), s.local.get<4>(i),
-                            s.edge.get<4>(i), number, s.found_distance[i]);
+      s.found_distance[i] = voronoi_edge_step(kDimensions, s.randomness[i], s.cell<kDimensions>(i), s.local.get<4>(i),
+                                              s.edge.get<4>(i), number, s.found_distance[i]);
     }
   }
 
@@ -210,7 +206,8 @@ struct VoronoiBlock {
     const int octaves = most_octaves(s.detail, n);
     for (int octave = 0; octave < octaves; ++octave) {
       Loops::find(feature, vector || voronoi_output(mode) != 0u, n, s);
-      feature == VORONOI_EDGE ? VoronoiStep<VORONOI_EDGE>::run(octave, n, s) : VoronoiStep<VORONOI_F1>::run(octave, n, s);
+      feature == VORONOI_EDGE ? VoronoiStep<VORONOI_EDGE>::run(octave, n, s)
+                              : VoronoiStep<VORONOI_F1>::run(octave, n, s);
     }
     vector ? end_vector(mode, n, s, out) : end_number(mode, n, s, out);
     return true;

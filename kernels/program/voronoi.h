@@ -134,7 +134,8 @@ FN VoronoiNearest voronoi_nearest_begin(uint dimensions) {
   return s;
 }
 
-// One cell of the block, as seen from `local` in cell c. A step of its own, for loops over lanes inside that over cells.
+// One cell of the block, as seen from `local` in cell c. A step of its own, for loops over lanes inside that over
+// cells.
 FN void voronoi_nearest_step(uint dimensions, uint metric, float exponent, float randomness, IN(VoronoiCell) c,
                              vec4 local, int number, INOUT(VoronoiNearest) s) {
   const VoronoiCell n = voronoi_neighbour(dimensions, c, number, 3);
