@@ -1,39 +1,16 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Ops as loops over columns of arguments that the compiler vectorises, from the kernels' own functions: one loop for
-// each mode, so that nothing in it asks for the mode. Included by cpu_program.cpp alone; an op without a loop here is
-// called point by point.
+// Ops of numbers, vectors and colours as loops over columns of arguments that the compiler vectorises, from the
+// kernels' own functions: one loop for each mode, so that nothing in it asks for the mode. Included by cpu_program.cpp
+// alone.
 #pragma once
 
-#include <array>
-#include <utility>
-
-#include "../kernels/program/program.h"
-
-#if defined(__GNUC__) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
-#define COTORRA_LOOP [[gnu::flatten, gnu::noinline]] static
-#else
-#define COTORRA_LOOP static
-#endif
+#include "../kernels/program/pure.h"
+#include "cpu_loops.h"
 
 namespace cotorra {
 namespace {
 
-using Columns = const float *const *;
-using Results = float *const *;
-using Loop = void (*)(Columns a, int n, Results out);
-
-inline vec3 column_vector(Columns a, std::size_t first, std::size_t i) {
-  return {a[first][i], a[first + 1][i], a[first + 2][i]};
-}
-inline void store(Results out, std::size_t i, vec3 v) {
-  out[0][i] = v.x;
-  out[1][i] = v.y;
-  out[2][i] = v.z;
-}
-
 // ---- One loop a mode
-
-#define COTORRA_EACH for (std::size_t i = 0; i < static_cast<std::size_t>(n); ++i)
 
 template <uint kMode>
 struct Math {
@@ -103,37 +80,38 @@ struct Component {
   COTORRA_LOOP void run(Columns a, int n, Results out) { COTORRA_EACH out[0][i] = a[kMode][i]; }
 };
 
-// Noise in 1 to 4 dimensions: fractal Brownian motion, as it is by default.
 template <uint kMode>
-struct NoiseNumber {
+struct MapRangeVector {
   COTORRA_LOOP void run(Columns a, int n, Results out) {
-    constexpr uint mode = (kMode & 3u) | NOISE_FBM << 2 | (kMode >> 2) << 5;
-    COTORRA_EACH out[0][i] = op_noise_f(mode, column_vector(a, 0, i), a[3][i], a[4][i], a[5][i], a[6][i], a[7][i],
-                                        a[8][i], a[9][i], a[10][i]);
-  }
-};
-
-template <uint kMode>
-struct NoiseColor {
-  COTORRA_LOOP void run(Columns a, int n, Results out) {
-    constexpr uint mode = (kMode & 3u) | NOISE_FBM << 2 | (kMode >> 2) << 5;
+    constexpr uint mode = (kMode & 3u) | (kMode >> 2) << 8;
     COTORRA_EACH store(out, i,
-                       op_noise_v(mode, column_vector(a, 0, i), a[3][i], a[4][i], a[5][i], a[6][i], a[7][i], a[8][i],
-                                  a[9][i], a[10][i]));
+                       op_map_range_v(mode, column_vector(a, 0, i), column_vector(a, 3, i), column_vector(a, 6, i),
+                                      column_vector(a, 9, i), column_vector(a, 12, i), column_vector(a, 15, i)));
   }
 };
 
-template <template <uint> class Op, std::size_t... kModes>
-constexpr std::array<Loop, sizeof...(kModes)> loops_of(std::index_sequence<kModes...>) {
-  return {&Op<static_cast<uint>(kModes)>::run...};
-}
-template <template <uint> class Op, std::size_t kCount>
-bool run_mode(uint mode, Columns a, int n, Results out) {
-  static constexpr auto loops = loops_of<Op>(std::make_index_sequence<kCount>());
-  if (mode >= kCount) return false;
-  loops[mode](a, n, out);
-  return true;
-}
+template <uint kMode>
+struct Mapping {
+  COTORRA_LOOP void run(Columns a, int n, Results out) {
+    COTORRA_EACH store(out, i,
+                       op_mapping(kMode, column_vector(a, 0, i), column_vector(a, 3, i), column_vector(a, 6, i),
+                                  column_vector(a, 9, i)));
+  }
+};
+
+template <uint kMode>
+struct CombineColor {
+  COTORRA_LOOP void run(Columns a, int n, Results out) {
+    COTORRA_EACH store(out, i, op_combine_color(kMode, a[0][i], a[1][i], a[2][i]));
+  }
+};
+
+template <uint kMode>
+struct SeparateColor {
+  COTORRA_LOOP void run(Columns a, int n, Results out) {
+    COTORRA_EACH store(out, i, op_separate_color(kMode, column_vector(a, 0, i)));
+  }
+};
 
 // ---- Ops without a mode
 
@@ -156,17 +134,29 @@ COTORRA_LOOP void invert_loop(Columns a, int n, Results out) {
   COTORRA_EACH store(out, i, op_invert(0u, column_vector(a, 0, i), a[3][i]));
 }
 
-#undef COTORRA_EACH
+COTORRA_LOOP void hsv_loop(Columns a, int n, Results out) {
+  COTORRA_EACH store(out, i, op_hsv(0u, a[0][i], a[1][i], a[2][i], a[3][i], column_vector(a, 4, i)));
+}
+COTORRA_LOOP void bright_contrast_loop(Columns a, int n, Results out) {
+  COTORRA_EACH store(out, i, op_bright_contrast(0u, column_vector(a, 0, i), a[3][i], a[4][i]));
+}
+COTORRA_LOOP void saturate_loop(int n, float *out) { COTORRA_EACH out[i] = saturate(out[i]); }
+
+bool run_math(uint mode, Columns a, int n, Results out) {
+  if (!run_mode<Math, 41>(mode & ~MATH_CLAMP, a, n, out)) return false;
+  if ((mode & MATH_CLAMP) != 0u) saturate_loop(n, out[0]);
+  return true;
+}
 
 // Runs the op for n points and returns true where it has a loop.
-bool run_loop(uint op, uint mode, Columns a, int n, Results out) {
+bool run_pure(uint op, uint mode, Columns a, int n, Results out) {
   const auto run = [&](Loop loop) {
     loop(a, n, out);
     return true;
   };
   switch (op) {
     case OP_MATH:
-      return run_mode<Math, 41>(mode, a, n, out);
+      return run_math(mode, a, n, out);
     case OP_VECTOR_MATH_V:
       return run_mode<VectorMath, 30>(mode, a, n, out);
     case OP_VECTOR_MATH_F:
@@ -184,10 +174,18 @@ bool run_loop(uint op, uint mode, Columns a, int n, Results out) {
       return (mode & ~0x103u) == 0u && run_mode<MapRange, 8>((mode & 3u) | (mode >> 8) << 2, a, n, out);
     case OP_COMPONENT:
       return run_mode<Component, 3>(mode, a, n, out);
-    case OP_NOISE_F:
-      return (mode >> 2 & 7u) == NOISE_FBM && run_mode<NoiseNumber, 8>((mode & 3u) | (mode >> 5) << 2, a, n, out);
-    case OP_NOISE_V:
-      return (mode >> 2 & 7u) == NOISE_FBM && run_mode<NoiseColor, 8>((mode & 3u) | (mode >> 5) << 2, a, n, out);
+    case OP_MAP_RANGE_V:
+      return (mode & ~0x103u) == 0u && run_mode<MapRangeVector, 8>((mode & 3u) | (mode >> 8) << 2, a, n, out);
+    case OP_MAPPING:
+      return run_mode<Mapping, 4>(mode, a, n, out);
+    case OP_COMBINE_COLOR:
+      return run_mode<CombineColor, 3>(mode, a, n, out);
+    case OP_SEPARATE_COLOR:
+      return run_mode<SeparateColor, 3>(mode, a, n, out);
+    case OP_HSV:
+      return run(hsv_loop);
+    case OP_BRIGHT_CONTRAST:
+      return run(bright_contrast_loop);
     case OP_SPLAT:
       return run(splat_loop);
     case OP_COMBINE:

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Runs programs over batches: arguments are gathered into columns, and each op is a loop over them.
-// Loops that vectorise are in cpu_ops.h; every other op is called point by point, as the kernels have it.
+// Ops that have one are in cpu_ops.h, cpu_point_ops.h and cpu_textures.cpp; every other op is called point by point.
 #include "cpu_program.h"
 
 #include <algorithm>
@@ -15,6 +15,7 @@ constexpr std::uint32_t KERNEL_FEATURES = ~0u;
 
 #include "../kernels/program/program.h"
 #include "cpu_ops.h"
+#include "cpu_point_ops.h"
 
 namespace cotorra {
 namespace {
@@ -67,6 +68,14 @@ void run_each(const ProgramBatch &b, uint op, uint mode, const float *const *col
   }
 }
 
+// Runs the op as a loop and returns true where it has one.
+bool run_loop(const ProgramBatch &b, uint op, uint mode, Columns a, Results out) {
+  if (op < OP_SPLAT) return run_point(b, op, mode, a, out);
+  if (op < OP_NOISE_F) return run_pure(op, mode, a, b.n, out);
+  if (op < OP_RAMP_V) return COTORRA_PROGRAM_LOOPS::run_texture(op, mode, a, b.n, out);
+  return run_table(*b.scene, op, mode, a, b.n, out);
+}
+
 void run(const ProgramBatch &b, std::uint32_t first, std::uint32_t end) {
   const uint *code = b.scene->program_code.v;
   const bool same = std::all_of(b.constants, b.constants + b.n, [&](uint c) { return c == b.constants[0]; });
@@ -82,7 +91,7 @@ void run(const ProgramBatch &b, std::uint32_t first, std::uint32_t end) {
     // The result may take the place of an argument: loops write beside it first.
     float *const out[3] = {result.data(), result.data() + kProgramStride, result.data() + 2 * kProgramStride};
     const uint op = head & PROGRAM_OP_MASK;
-    if (!run_loop(op, mode, columns.data(), b.n, out)) run_each(b, op, mode, columns.data(), count, vector, out);
+    if (!run_loop(b, op, mode, columns.data(), out)) run_each(b, op, mode, columns.data(), count, vector, out);
     float *target = b.registers + (head >> PROGRAM_RESULT_SHIFT) * kProgramStride;
     for (std::size_t c = 0; c < (vector ? 3u : 1u); ++c, target += kProgramStride) std::copy_n(out[c], b.n, target);
   }

@@ -16,8 +16,9 @@ import kernel_source as kernels
 from native_build import build_program
 from program_ops import ARGUMENTS, evaluate, ops
 
-LANES = ['tests/native/ops_bench.cpp', 'tests/native/ops_lanes.cpp']
+BATCHES = ['tests/native/program_bench.cpp', 'native/cpu_program.cpp', 'native/cpu_textures.cpp']
 VECTOR_FLAGS = ('-O3', '-fno-math-errno', '-fno-trapping-math')
+NAMES = ('-DCOTORRA_PROGRAM_NAME=program_batch', '-DCOTORRA_PROGRAM_LOOPS=program_loops')
 
 
 def test_list() -> None:
@@ -49,10 +50,10 @@ def test_extremes() -> None:
     assert result.returncode == 0, result.stdout + result.stderr
 
 
-def test_lanes_say_what_one_says() -> None:
-    """The same bits, whether g++ made vector code of a loop over lanes or not."""
+def test_batches_say_what_one_point_says() -> None:
+    """The same bits, whether g++ made vector code of a loop over points or not."""
     if platform.machine() != 'x86_64':
         pytest.skip('the flags are those of x86-64')
-    program = build_program('ops_bench', LANES, (*VECTOR_FLAGS, '-march=x86-64-v2'))
+    program = build_program('program_bench', BATCHES, (*VECTOR_FLAGS, *NAMES, '-march=x86-64-v2'))
     result = subprocess.run([program], capture_output=True, text=True, timeout=120)
     assert result.returncode == 0, result.stdout

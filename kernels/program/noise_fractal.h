@@ -103,10 +103,12 @@ FN void fractal_add(uint type, IN(FractalInputs) i, int octave, float share, flo
   }
 }
 
-// One octave of the first `dimensions` components.
-FN void fractal_octave(uint type, uint dimensions, IN(FractalInputs) i, int octave, INOUT(Fractal) s) {
+// Where the next octave reads the noise.
+FN vec4 fractal_position(uint type, IN(Fractal) s) { return type == NOISE_FBM ? s.p * s.frequency : s.p; }
+
+// Adds an octave whose noise is n, and goes on to the next one.
+FN void fractal_step(uint type, IN(FractalInputs) i, int octave, float n, INOUT(Fractal) s) {
   const float share = octave_share(i.detail, octave);
-  const float n = noise_signed(dimensions, type == NOISE_FBM ? s.p * s.frequency : s.p);
   fractal_add(type, i, octave, share, n, s);
   const float more = select(share == 1.0f, 1.0f, 0.0f);
   s.amplitude = select(more > 0.0f, s.amplitude * i.roughness, s.amplitude);
@@ -115,6 +117,11 @@ FN void fractal_octave(uint type, uint dimensions, IN(FractalInputs) i, int octa
   } else {
     s.p = s.p * i.lacunarity;
   }
+}
+
+// One octave of the first `dimensions` components.
+FN void fractal_octave(uint type, uint dimensions, IN(FractalInputs) i, int octave, INOUT(Fractal) s) {
+  fractal_step(type, i, octave, noise_signed(dimensions, fractal_position(type, s)), s);
 }
 
 // The value after the last octave.
@@ -166,10 +173,14 @@ FN vec4 noise_distort(uint dimensions, vec4 p, float distortion) {
 }
 
 // The texture's value is channel 0; a colour has two more, of other seeds.
+FN vec4 noise_channel_position(uint dimensions, vec4 p, int channel) {
+  const float seed = float(int(dimensions) + channel - 1);
+  return channel == 0 ? p : noise_seeded(dimensions, p, seed);
+}
+
 FN float noise_channel(uint mode, IN(FractalInputs) i, vec4 p, int channel) {
   const uint dimensions = noise_dimensions(mode);
-  const float seed = float(int(dimensions) + channel - 1);
-  const vec4 q = channel == 0 ? p : noise_seeded(dimensions, p, seed);
+  const vec4 q = noise_channel_position(dimensions, p, channel);
   return noise_fractal(noise_type(mode), dimensions, (mode & NOISE_NORMALIZE) != 0u, i, q);
 }
 
@@ -179,15 +190,20 @@ FN vec4 noise_position(uint mode, vec3 vector, float w, float scale, float disto
   return noise_distort(noise_dimensions(mode), p, distortion);
 }
 
+// Of the texture: roughness has a bound.
+FN FractalInputs noise_inputs(float detail, float roughness, float lacunarity, float offset, float gain) {
+  return fractal_inputs(detail, max(roughness, 0.0f), lacunarity, offset, gain);
+}
+
 FN float op_noise_f(uint mode, vec3 vector, float w, float scale, float detail, float roughness, float lacunarity,
                     float offset, float gain, float distortion) {
-  const FractalInputs i = fractal_inputs(detail, max(roughness, 0.0f), lacunarity, offset, gain);
+  const FractalInputs i = noise_inputs(detail, roughness, lacunarity, offset, gain);
   return noise_channel(mode, i, noise_position(mode, vector, w, scale, distortion), 0);
 }
 
 FN vec3 op_noise_v(uint mode, vec3 vector, float w, float scale, float detail, float roughness, float lacunarity,
                    float offset, float gain, float distortion) {
-  const FractalInputs i = fractal_inputs(detail, max(roughness, 0.0f), lacunarity, offset, gain);
+  const FractalInputs i = noise_inputs(detail, roughness, lacunarity, offset, gain);
   const vec4 p = noise_position(mode, vector, w, scale, distortion);
   float channels[3];
   for (int channel = 0; channel < 3; ++channel) channels[channel] = noise_channel(mode, i, p, channel);

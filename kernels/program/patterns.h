@@ -38,9 +38,14 @@ FN float wave_angle(uint mode, vec3 p) {
   return sqrt(dot(r, r)) * 20.0f;
 }
 
+FN FractalInputs wave_inputs(float detail, float roughness) {
+  return fractal_inputs(detail, roughness, 2.0f, 0.0f, 0.0f);
+}
+
+FN float wave_noise(float fractal) { return fractal * 2.0f - 1.0f; }
+
 FN float wave_distortion(vec3 p, float detail, float scale, float roughness) {
-  const FractalInputs i = fractal_inputs(detail, roughness, 2.0f, 0.0f, 0.0f);
-  return noise_fractal(NOISE_FBM, 3u, true, i, vec4(p * scale, 0.0f)) * 2.0f - 1.0f;
+  return wave_noise(noise_fractal(NOISE_FBM, 3u, true, wave_inputs(detail, roughness), vec4(p * scale, 0.0f)));
 }
 
 FN float wave_profile(uint mode, float angle) {
@@ -50,12 +55,17 @@ FN float wave_profile(uint mode, float angle) {
   return profile == 1u ? fraction(turns) : abs(turns - floor(turns + 0.5f)) * 2.0f;
 }
 
+// The wave at an angle that `noise` bends.
+FN float wave_bent(uint mode, float angle, float distortion, float noise) {
+  return wave_profile(mode, distortion != 0.0f ? angle + distortion * noise : angle);
+}
+
 FN float op_wave_f(uint mode, vec3 vector, float scale, float distortion, float detail, float detail_scale,
                    float detail_roughness, float phase) {
   const vec3 p = off_the_border(vector * scale);
-  float angle = wave_angle(mode, p) + phase;
-  if (distortion != 0.0f) angle += distortion * wave_distortion(p, detail, detail_scale, detail_roughness);
-  return wave_profile(mode, angle);
+  float noise = 0.0f;
+  if (distortion != 0.0f) noise = wave_distortion(p, detail, detail_scale, detail_roughness);
+  return wave_bent(mode, wave_angle(mode, p) + phase, distortion, noise);
 }
 
 // Step n of ten that turn one of three numbers by the others.
@@ -84,17 +94,25 @@ FN vec3 magic_step(uint n, vec3 a, float distortion) {
   }
 }
 
-FN vec3 op_magic_v(uint mode, vec3 vector, float scale, float distortion) {
+FN vec3 magic_begin(uint depth, vec3 vector, float scale, float distortion) {
   const float x = remainder_truncated(vector.x * scale, TWO_PI);
   const float y = remainder_truncated(vector.y * scale, TWO_PI);
   const float z = remainder_truncated(vector.z * scale, TWO_PI);
-  vec3 a = vec3(sin_lanes((x + y + z) * 5.0f), cos_lanes((-x + y - z) * 5.0f), -cos_lanes((-x - y + z) * 5.0f));
-  const uint depth = min(mode, 10u);
-  if (depth > 0u) a = a * distortion;
-  UNROLL
-  for (uint n = 0u; n < depth; ++n) a = magic_step(n, a, distortion);
+  const vec3 a = vec3(sin_lanes((x + y + z) * 5.0f), cos_lanes((-x + y - z) * 5.0f), -cos_lanes((-x - y + z) * 5.0f));
+  return depth > 0u ? a * distortion : a;
+}
+
+FN vec3 magic_end(vec3 a, float distortion) {
   const float scaled = select(distortion != 0.0f, 1.0f / (2.0f * select(distortion != 0.0f, distortion, 1.0f)), 1.0f);
   return 0.5f - a * scaled;
+}
+
+FN uint magic_depth(uint mode) { return min(mode, 10u); }
+
+FN vec3 op_magic_v(uint mode, vec3 vector, float scale, float distortion) {
+  vec3 a = magic_begin(magic_depth(mode), vector, scale, distortion);
+  for (uint n = 0u; n < magic_depth(mode); ++n) a = magic_step(n, a, distortion);
+  return magic_end(a, distortion);
 }
 
 FN float gradient_shape(uint mode, vec3 p) {

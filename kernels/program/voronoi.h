@@ -125,26 +125,49 @@ FN float voronoi_distance(uint dimensions, uint metric, float exponent, vec4 d) 
   return metric == METRIC_EUCLIDEAN ? sqrt(bound) : min(pow(bound, 1.0f / exponent), VORONOI_LARGEST);
 }
 
-FN VoronoiNearest voronoi_nearest(uint dimensions, uint metric, float exponent, float randomness, IN(VoronoiCell) c,
-                                  vec4 local) {
+FN VoronoiNearest voronoi_nearest_begin(uint dimensions) {
   VoronoiNearest s;
   s.bound1 = VORONOI_FAR;
   s.bound2 = VORONOI_FAR;
   s.cell1 = voronoi_block(dimensions, 3) / 2;
   s.cell2 = s.cell1;
+  return s;
+}
+
+// One cell of the block, as seen from `local` in cell c. A step of its own, for loops over lanes inside that over
+// cells.
+FN void voronoi_nearest_step(uint dimensions, uint metric, float exponent, float randomness, IN(VoronoiCell) c,
+                             vec4 local, int number, INOUT(VoronoiNearest) s) {
+  const VoronoiCell n = voronoi_neighbour(dimensions, c, number, 3);
+  const float b = voronoi_bound(dimensions, metric, exponent, voronoi_at(dimensions, c, n, randomness) - local);
+  const bool first = b < s.bound1;
+  const bool second = b < s.bound2;
+  s.cell2 = select(first, s.cell1, select(second, number, s.cell2));
+  s.bound2 = select(first, s.bound1, select(second, b, s.bound2));
+  s.cell1 = select(first, number, s.cell1);
+  s.bound1 = select(first, b, s.bound1);
+}
+
+FN VoronoiNearest voronoi_nearest(uint dimensions, uint metric, float exponent, float randomness, IN(VoronoiCell) c,
+                                  vec4 local) {
+  VoronoiNearest s = voronoi_nearest_begin(dimensions);
   const int cells = voronoi_block(dimensions, 3);
-  UNROLL
   for (int number = 0; number < cells; ++number) {
-    const VoronoiCell n = voronoi_neighbour(dimensions, c, number, 3);
-    const float b = voronoi_bound(dimensions, metric, exponent, voronoi_at(dimensions, c, n, randomness) - local);
-    const bool first = b < s.bound1;
-    const bool second = b < s.bound2;
-    s.cell2 = select(first, s.cell1, select(second, number, s.cell2));
-    s.bound2 = select(first, s.bound1, select(second, b, s.bound2));
-    s.cell1 = select(first, number, s.cell1);
-    s.bound1 = select(first, b, s.bound1);
+    voronoi_nearest_step(dimensions, metric, exponent, randomness, c, local, number, s);
   }
   return s;
+}
+
+// What the point of the cell with the given number is.
+FN VoronoiPoint voronoi_point(uint dimensions, uint metric, float exponent, float randomness, IN(VoronoiCell) c,
+                              vec4 low, vec4 local, int number) {
+  const VoronoiCell n = voronoi_neighbour(dimensions, c, number, 3);
+  const vec4 at = voronoi_at(dimensions, c, n, randomness);
+  VoronoiPoint result;
+  result.distance = voronoi_distance(dimensions, metric, exponent, at - local);
+  result.color = voronoi_color(dimensions, n);
+  result.position = at + low;
+  return result;
 }
 
 // The nearest or second point.
@@ -152,13 +175,30 @@ FN VoronoiPoint voronoi_ranked(uint feature, uint dimensions, uint metric, float
   const vec4 low = voronoi_low(dimensions, p);
   const VoronoiCell c = voronoi_cell(low);
   const VoronoiNearest s = voronoi_nearest(dimensions, metric, exponent, randomness, c, p - low);
-  const VoronoiCell n = voronoi_neighbour(dimensions, c, feature == VORONOI_F2 ? s.cell2 : s.cell1, 3);
+  return voronoi_point(dimensions, metric, exponent, randomness, c, low, p - low,
+                       feature == VORONOI_F2 ? s.cell2 : s.cell1);
+}
+
+FN VoronoiPoint voronoi_point_zero() {
+  VoronoiPoint s;
+  s.distance = 0.0f;
+  s.color = vec3(0.0f, 0.0f, 0.0f);
+  s.position = vec4(0.0f, 0.0f, 0.0f, 0.0f);
+  return s;
+}
+
+// Mixes the point of one cell of a block of five cells a side in.
+FN void voronoi_smooth_step(uint dimensions, uint metric, float exponent, float randomness, float smoothness,
+                            IN(VoronoiCell) c, vec4 local, int number, INOUT(VoronoiPoint) s) {
+  const VoronoiCell n = voronoi_neighbour(dimensions, c, number, 5);
   const vec4 at = voronoi_at(dimensions, c, n, randomness);
-  VoronoiPoint result;
-  result.distance = voronoi_distance(dimensions, metric, exponent, at - (p - low));
-  result.color = voronoi_color(dimensions, n);
-  result.position = at + low;
-  return result;
+  const float d = voronoi_distance(dimensions, metric, exponent, at - local);
+  const float h = number == 0 ? 1.0f : smoothstep01(0.5f + 0.5f * (s.distance - d) / smoothness);
+  const float correction = smoothness * h * (1.0f - h);
+  const float softer = correction / (1.0f + 3.0f * smoothness);
+  s.distance = lerp(s.distance, d, h) - correction;
+  s.color = lerp(s.color, voronoi_color(dimensions, n), h) + vec3(-softer);
+  s.position = s.position + (at - s.position) * h - vec4(softer, softer, softer, softer);
 }
 
 // All points within two cells, mixed by a smooth minimum of their distances.
@@ -166,26 +206,32 @@ FN VoronoiPoint voronoi_smooth(uint dimensions, uint metric, float exponent, flo
                                vec4 p) {
   const vec4 low = voronoi_low(dimensions, p);
   const VoronoiCell c = voronoi_cell(low);
-  const vec4 local = p - low;
-  VoronoiPoint s;
-  s.distance = 0.0f;
-  s.color = vec3(0.0f, 0.0f, 0.0f);
-  s.position = vec4(0.0f, 0.0f, 0.0f, 0.0f);
+  VoronoiPoint s = voronoi_point_zero();
   const int cells = voronoi_block(dimensions, 5);
-  UNROLL
   for (int number = 0; number < cells; ++number) {
-    const VoronoiCell n = voronoi_neighbour(dimensions, c, number, 5);
-    const vec4 at = voronoi_at(dimensions, c, n, randomness);
-    const float d = voronoi_distance(dimensions, metric, exponent, at - local);
-    const float h = number == 0 ? 1.0f : smoothstep01(0.5f + 0.5f * (s.distance - d) / smoothness);
-    const float correction = smoothness * h * (1.0f - h);
-    const float softer = correction / (1.0f + 3.0f * smoothness);
-    s.distance = lerp(s.distance, d, h) - correction;
-    s.color = lerp(s.color, voronoi_color(dimensions, n), h) + vec3(-softer);
-    s.position = s.position + (at - s.position) * h - vec4(softer, softer, softer, softer);
+    voronoi_smooth_step(dimensions, metric, exponent, randomness, smoothness, c, p - low, number, s);
   }
   s.position = s.position + low;
   return s;
+}
+
+// The point that edges are measured from. On a line it is the cell's own, the nearest or not.
+FN vec4 voronoi_edge_begin(uint dimensions, float randomness, IN(VoronoiCell) c, vec4 local, int nearest) {
+  const int from = dimensions == 1u ? 1 : nearest;
+  return voronoi_at(dimensions, c, voronoi_neighbour(dimensions, c, from, 3), randomness) - local;
+}
+
+// `result`, or the distance to the plane halfway between the nearest point and that of one cell, if it is smaller.
+FN float voronoi_edge_step(uint dimensions, float randomness, IN(VoronoiCell) c, vec4 local, vec4 nearest, int number,
+                           float result) {
+  const VoronoiCell n = voronoi_neighbour(dimensions, c, number, 3);
+  const vec4 to = voronoi_at(dimensions, c, n, randomness) - local;
+  const vec4 across = to - nearest;
+  const float d2 = dot(across, across);
+  const bool counts = dimensions == 1u ? number != 1 : d2 > 0.0001f;
+  const float middle = dot((nearest + to) * 0.5f, across) / sqrt(select(d2 > 0.0f, d2, 1.0f));
+  const float d = dimensions == 1u ? abs((nearest.x + to.x) * 0.5f) : middle;
+  return select(counts, min(result, d), result);
 }
 
 // Distance to the plane halfway between the nearest point and one of its neighbours.
@@ -194,21 +240,11 @@ FN float voronoi_edge(uint dimensions, float randomness, vec4 p) {
   const VoronoiCell c = voronoi_cell(low);
   const vec4 local = p - low;
   const VoronoiNearest s = voronoi_nearest(dimensions, METRIC_EUCLIDEAN, 0.0f, randomness, c, local);
-  // On a line the cell's own point is compared with its two neighbours, the nearest or not.
-  const int from = dimensions == 1u ? 1 : s.cell1;
-  const vec4 nearest = voronoi_at(dimensions, c, voronoi_neighbour(dimensions, c, from, 3), randomness) - local;
+  const vec4 nearest = voronoi_edge_begin(dimensions, randomness, c, local, s.cell1);
   float result = VORONOI_FAR;
   const int cells = voronoi_block(dimensions, 3);
-  UNROLL
   for (int number = 0; number < cells; ++number) {
-    const VoronoiCell n = voronoi_neighbour(dimensions, c, number, 3);
-    const vec4 to = voronoi_at(dimensions, c, n, randomness) - local;
-    const vec4 across = to - nearest;
-    const float d2 = dot(across, across);
-    const bool counts = dimensions == 1u ? number != 1 : d2 > 0.0001f;
-    const float middle = dot((nearest + to) * 0.5f, across) / sqrt(select(d2 > 0.0f, d2, 1.0f));
-    const float d = dimensions == 1u ? abs((nearest.x + to.x) * 0.5f) : middle;
-    result = select(counts, min(result, d), result);
+    result = voronoi_edge_step(dimensions, randomness, c, local, nearest, number, result);
   }
   return result;
 }
@@ -222,7 +258,6 @@ FN float voronoi_n_sphere(uint dimensions, float randomness, vec4 p) {
   const vec4 at = voronoi_at(dimensions, c, centre, randomness);
   float nearest = VORONOI_FAR;
   const int cells = voronoi_block(dimensions, 3);
-  UNROLL
   for (int number = 0; number < cells; ++number) {
     const VoronoiCell n = voronoi_neighbour(dimensions, centre, number, 3);
     const vec4 d = at - voronoi_at(dimensions, c, n, randomness);

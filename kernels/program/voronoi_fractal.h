@@ -87,14 +87,13 @@ FN VoronoiPoint voronoi_find(uint mode, IN(VoronoiInputs) i, vec4 p) {
   return voronoi_ranked(feature, dimensions, metric, i.exponent, i.randomness, p);
 }
 
-FN void voronoi_octave(uint mode, IN(VoronoiInputs) i, vec4 p, int octave, INOUT(VoronoiFractal) s) {
+// Adds what an octave found: of VORONOI_EDGE its distance alone counts.
+FN void voronoi_step(uint mode, IN(VoronoiInputs) i, int octave, IN(VoronoiPoint) found, INOUT(VoronoiFractal) s) {
   const float share = octave_share(i.detail, octave) * s.amplitude;
   if (voronoi_feature(mode) == VORONOI_EDGE) {
-    const float d = voronoi_edge(voronoi_dimensions(mode), i.randomness, p * s.frequency);
     s.total = lerp(s.total, safe_divide(i.largest, s.frequency), share);
-    s.distance = lerp(s.distance, min(s.distance, safe_divide(d, s.frequency)), share);
+    s.distance = lerp(s.distance, min(s.distance, safe_divide(found.distance, s.frequency)), share);
   } else {
-    const VoronoiPoint found = voronoi_find(mode, i, p * s.frequency);
     s.total += share;
     s.distance += found.distance * share;
     s.color = s.color + found.color * share;
@@ -102,6 +101,17 @@ FN void voronoi_octave(uint mode, IN(VoronoiInputs) i, vec4 p, int octave, INOUT
   }
   s.frequency *= i.lacunarity;
   s.amplitude *= i.roughness;
+}
+
+FN void voronoi_octave(uint mode, IN(VoronoiInputs) i, vec4 p, int octave, INOUT(VoronoiFractal) s) {
+  VoronoiPoint found;
+  if (voronoi_feature(mode) == VORONOI_EDGE) {
+    found = voronoi_point_zero();
+    found.distance = voronoi_edge(voronoi_dimensions(mode), i.randomness, p * s.frequency);
+  } else {
+    found = voronoi_find(mode, i, p * s.frequency);
+  }
+  voronoi_step(mode, i, octave, found, s);
 }
 
 FN float voronoi_end_distance(uint mode, IN(VoronoiInputs) i, IN(VoronoiFractal) s) {
@@ -115,6 +125,18 @@ FN vec4 voronoi_end_position(uint mode, IN(VoronoiInputs) i, IN(VoronoiFractal) 
   const vec4 p = s.position * safe_divide(1.0f, i.scale);
   if (dimensions == 1u) return vec4(0.0f, 0.0f, 0.0f, p.x);
   return vec4(p.x, p.y, dimensions > 2u ? p.z : 0.0f, dimensions > 3u ? p.w : 0.0f);
+}
+
+// What voronoi_f and voronoi_v give after the last octave, by the output that the mode names.
+FN float voronoi_end_number(uint mode, IN(VoronoiInputs) i, IN(VoronoiFractal) s) {
+  return voronoi_output(mode) == 0u ? voronoi_end_distance(mode, i, s) : voronoi_end_position(mode, i, s).w;
+}
+FN vec3 voronoi_end_vector(uint mode, IN(VoronoiInputs) i, IN(VoronoiFractal) s) {
+  if (voronoi_output(mode) == 0u) {
+    return (mode & VORONOI_NORMALIZE) == 0u ? s.color : s.color * safe_divide(1.0f, s.total);
+  }
+  const vec4 at = voronoi_end_position(mode, i, s);
+  return vec3(at.x, at.y, at.z);
 }
 
 FN VoronoiFractal voronoi_fractal(uint mode, IN(VoronoiInputs) i, vec4 p) {
@@ -140,8 +162,7 @@ FN float op_voronoi_f(uint mode, vec3 vector, float w, float scale, float detail
   const VoronoiInputs i = voronoi_inputs(mode, scale, detail, roughness, lacunarity, smoothness, exponent, randomness);
   const vec4 p = voronoi_coordinates(voronoi_dimensions(mode), vector, w, scale);
   if (feature == VORONOI_N_SPHERE) return voronoi_n_sphere(voronoi_dimensions(mode), i.randomness, p);
-  const VoronoiFractal s = voronoi_fractal(mode, i, p);
-  return output_kind == 0u ? voronoi_end_distance(mode, i, s) : voronoi_end_position(mode, i, s).w;
+  return voronoi_end_number(mode, i, voronoi_fractal(mode, i, p));
 }
 
 FN vec3 op_voronoi_v(uint mode, vec3 vector, float w, float scale, float detail, float roughness, float lacunarity,
@@ -149,12 +170,7 @@ FN vec3 op_voronoi_v(uint mode, vec3 vector, float w, float scale, float detail,
   if (voronoi_feature(mode) >= VORONOI_EDGE) return vec3(0.0f, 0.0f, 0.0f);
   const VoronoiInputs i = voronoi_inputs(mode, scale, detail, roughness, lacunarity, smoothness, exponent, randomness);
   const vec4 p = voronoi_coordinates(voronoi_dimensions(mode), vector, w, scale);
-  const VoronoiFractal s = voronoi_fractal(mode, i, p);
-  if (voronoi_output(mode) == 0u) {
-    return (mode & VORONOI_NORMALIZE) == 0u ? s.color : s.color * safe_divide(1.0f, s.total);
-  }
-  const vec4 at = voronoi_end_position(mode, i, s);
-  return vec3(at.x, at.y, at.z);
+  return voronoi_end_vector(mode, i, voronoi_fractal(mode, i, p));
 }
 
 #ifdef __cplusplus
