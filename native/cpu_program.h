@@ -11,7 +11,8 @@
 namespace cotorra {
 
 constexpr int kProgramLanes = 1024;                       // points of a batch at most
-constexpr std::size_t kProgramStride = kProgramLanes + 16;  // between registers: a page apart they would share a cache line
+constexpr std::size_t kProgramStride =
+    kProgramLanes + 16;  // between registers: a page apart they would share a cache line
 
 // Points of surfaces whose programs have the same code.
 struct ProgramBatch {
@@ -33,5 +34,8 @@ inline LaneRegisters lane_registers(const ProgramBatch &batch, std::size_t lane)
 
 // Runs the instructions [first, end) of the code for all points.
 using RunProgram = void (*)(const ProgramBatch &batch, std::uint32_t first, std::uint32_t end);
+
+// The build for this processor.
+RunProgram choose_cpu_program();
 
 }  // namespace cotorra
