@@ -35,4 +35,7 @@ inline LaneRegisters lane_registers(const ProgramBatch &batch, std::size_t lane)
 // Runs the instructions [first, end) of the code for all points.
 using RunProgram = void (*)(const ProgramBatch &batch, std::uint32_t first, std::uint32_t end);
 
+// The build for this processor.
+RunProgram choose_cpu_program();
+
 }  // namespace cotorra

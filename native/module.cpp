@@ -15,6 +15,7 @@
 #include "features.h"
 #include "laboratory.h"
 #include "python_arrays.h"
+#include "python_explain.h"
 #include "python_models.h"
 #include "python_programs.h"
 #include "scene.h"
@@ -421,8 +422,16 @@ NB_MODULE(cotorra_native, m) {
       .def("varying_lights", &varying_lights,
            "Indices of lamps whose shader is no constant: they are left out, since light may not vary yet.")
       .def(
-          "explain", [](const SceneHandle &handle, std::size_t shader) { return handle.scene->explain(shader); },
-          "shader"_a, "The programs that a shader of the SceneBuffers became, as text. Raises IndexError.");
+          "explain",
+          [](const SceneHandle &handle, std::size_t shader) { return explain_shader(*handle.scene, shader); },
+          "shader"_a,
+          "What a shader of the SceneBuffers became, as a dict: surface (None, the constants of its one closure, or a\n"
+          "program), emission and transparency (three floats or a program), folded: (the shader's op, three floats),\n"
+          "dropped: (the shader's closure, whether by its alpha, which is 0; else by its weight).\n"
+          "A program is a dict: instructions (op, mode, values, the shader's op or -1), closures (kind, mode, weight,\n"
+          "values, the shader's closure or -1), result (a value), registers, and nanoseconds, measured now: of its\n"
+          "instructions for one point on one thread. A value is a float, three, or the number of an instruction.\n"
+          "Raises IndexError.");
 
   nb::class_<Session>(m, "Session", "A render in progress.")
       .def(

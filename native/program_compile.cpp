@@ -60,6 +60,7 @@ struct Closure {
   uint mode;
   Value weight;
   std::vector<Value> arguments;
+  uint row;  // of the shader's closures
 };
 
 class Compiler {
@@ -78,14 +79,16 @@ class Compiler {
     if (graph_.is_constant(transparency_) && out.grey) {  // what has a colour is a program's in any case
       out.transparency = graph_[transparency_].constant;
     } else {
-      out.program.transparency = writer.value(transparency_, "transparency");
+      out.program.transparency = writer.value(transparency_);
       out.transparency_needs = writer.needs();
+      notes_.transparency_sources = writer.sources();
     }
     if (graph_.is_constant(emission_)) {
       out.emission = graph_[emission_].constant;
     } else {
-      out.program.emission = writer.value(emission_, "emission");
+      out.program.emission = writer.value(emission_);
       out.emission_needs = writer.needs();
+      notes_.emission_sources = writer.sources();
     }
     out.surface = plain_surface();
     if (!out.grey) out.surface.plain = false;  // one of the things that a ray may do here is to go on
@@ -95,6 +98,7 @@ class Compiler {
       out.asks_lobes |= asks_lobe(c);
     }
     if (!out.surface.plain) write_surface(writer, out);
+    out.notes = std::move(notes_);
     library.tables.insert(library.tables.end(), in_.tables.begin(), in_.tables.end());
     return out;
   }
@@ -165,19 +169,24 @@ class Compiler {
       if (op->table) check_table(*op, i, arguments);
       const bool one = is_one(*op, in_.modes[i], arguments);
       values_.push_back(one ? graph_.constant(1.0f) : graph_.op(op->number, in_.modes[i], std::move(arguments)));
-      if (i < in_.labels.size()) graph_.set_label(values_.back(), in_.labels[i]);
+      if (!graph_.is_constant(values_.back())) {
+        graph_.set_source(values_.back(), i);
+      } else {
+        notes_.folded.push_back({static_cast<uint>(i), graph_[values_.back()].constant});
+      }
     }
   }
 
   void read_closures() {
-    for (const ShaderInput::Closure &row : in_.closures) {
+    for (std::size_t i = 0; i < in_.closures.size(); ++i) {
+      const ShaderInput::Closure &row = in_.closures[i];
       if (row.kind >= CLOSURE_KINDS) fail(in_, "a closure is of kind " + std::to_string(row.kind));
       const ClosureInfo &info = kClosures[row.kind];
       const std::string types = info.arguments;
       std::size_t next = row.first_argument;
       if (next + types.size() > in_.closure_args.size()) fail(in_, "closure_args end within a closure");
       check(row.weight, values_.size(), info.name);
-      Closure c{info.kind, row.mode, value_of(row.weight), {}};
+      Closure c{info.kind, row.mode, value_of(row.weight), {}, static_cast<uint>(i)};
       if (!graph_.is_constant(c.weight) && !graph_.is_vector(c.weight)) c.weight = graph_.splat(c.weight);
       for (const char type : types) {
         check(in_.closure_args[next], values_.size(), info.name);
@@ -188,7 +197,11 @@ class Compiler {
         }
         c.arguments.push_back(v);
       }
-      if (!is_nothing(c.weight)) closures_.push_back(std::move(c));
+      if (is_nothing(c.weight)) {
+        notes_.dropped.push_back({c.row, false});
+      } else {
+        closures_.push_back(std::move(c));
+      }
     }
   }
 
@@ -215,7 +228,11 @@ class Compiler {
           transparency_ = graph_.add(transparency_, graph_.multiply(c.weight, clear));
           c.weight = graph_.multiply(c.weight, alpha);
           emission_ = graph_.add(emission_, graph_.multiply(c.weight, emitted(c)));
-          if (!is_nothing(c.weight)) surface_.push_back(std::move(c));
+          if (is_nothing(c.weight)) {
+            notes_.dropped.push_back({c.row, true});
+          } else {
+            surface_.push_back(std::move(c));
+          }
           break;
         }
         default:
@@ -332,14 +349,19 @@ class Compiler {
 
   void write_surface(ProgramWriter &writer, CompiledShader &out) {
     std::vector<ProgramWriter::Row> rows;
-    for (const Closure &c : surface_) rows.push_back({c.kind, c.mode, c.weight, c.arguments});
+    for (const Closure &c : surface_) {
+      rows.push_back({c.kind, c.mode, c.weight, c.arguments});
+      notes_.closure_sources.push_back(static_cast<int>(c.row));
+    }
     // What is let through and has a colour is one of the things that a ray may do here.
     if (!out.grey) {
       rows.push_back({CLOSURE_TRANSPARENT, 0, transparency_, {graph_.constant(1.0f)}});
+      notes_.closure_sources.push_back(-1);
       out.lobes |= 1u << CLOSURE_TRANSPARENT;
     }
     out.program.surface = writer.closures(rows);
     out.surface_needs = writer.needs();
+    notes_.surface_sources = writer.sources();
   }
 
   const ShaderInput &in_;
@@ -351,6 +373,7 @@ class Compiler {
   std::vector<Closure> surface_;
   Value emission_ = 0;
   Value transparency_ = 0;
+  CompileNotes notes_;
 };
 
 }  // namespace

@@ -49,7 +49,6 @@ struct ShaderInput {
   std::span<const Closure> closures;
   std::span<const int> closure_args;
   std::span<const float> tables;
-  std::vector<std::string> labels;
 };
 
 // The constants of a surface that is one Principled closure with nothing but constants.
@@ -75,6 +74,22 @@ struct ProgramNeeds {
   }
 };
 
+// What became of a shader's ops and closures beside its programs, for people (program_listing.h).
+struct CompileNotes {
+  struct Folded {
+    uint op;  // of the shader's
+    vec3 value;
+  };
+  struct Dropped {
+    uint closure;  // of the shader's
+    bool by_alpha;  // its alpha is 0; else its weight
+  };
+  std::vector<Folded> folded;
+  std::vector<Dropped> dropped;
+  // Of each instruction of a part the op that it came from, and of each closure the shader's; -1 where compiling made it.
+  std::vector<int> surface_sources, emission_sources, transparency_sources, closure_sources;
+};
+
 // What one shader became; before that, the default grey.
 struct CompiledShader {
   MaterialProgram program{{NO_PROGRAM, 0, 0, 0}, {NO_PROGRAM, 0, 0, 0}, {NO_PROGRAM, 0, 0, 0}, 0, 0};
@@ -87,7 +102,7 @@ struct CompiledShader {
   ProgramNeeds surface_needs, emission_needs, transparency_needs;
   uint lobes = 0;              // bit a CLOSURE_* kind of the surface
   std::uint64_t ops_used[8]{};  // by number of the op
-  std::string text;            // for people
+  CompileNotes notes;
 
   bool varies() const {
     return program.surface.first != NO_PROGRAM || program.emission.first != NO_PROGRAM ||

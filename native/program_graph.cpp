@@ -29,7 +29,7 @@ std::vector<uint> bits_of(vec3 v) {
 Value ProgramGraph::constant(vec3 value) {
   const auto [place, made] = known_constants_.try_emplace(bits_of(value), static_cast<Value>(nodes_.size()));
   if (made) {
-    nodes_.push_back({nullptr, 0, {}, value, {}});
+    nodes_.push_back({nullptr, 0, {}, value});
     grey_.push_back(value.x == value.y && value.y == value.z ? 1 : 0);
   }
   return place->second;
@@ -75,7 +75,7 @@ Value ProgramGraph::op(uint number, uint mode, std::vector<Value> arguments) {
                        (number == OP_MIX_COLOR && (mode & 255u) == BLEND_MIX && grey(1) && grey(2));
     const bool is_number = info.result == 'f';
     grey_.push_back(is_number || number == OP_SPLAT || plain || mixed ? 1 : 0);
-    nodes_.push_back({&info, mode, std::move(arguments), vec3(0.0f), {}});
+    nodes_.push_back({&info, mode, std::move(arguments)});
   }
   return place->second;
 }

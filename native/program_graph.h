@@ -23,7 +23,7 @@ class ProgramGraph {
     uint mode = 0;
     std::vector<Value> arguments;
     vec3 constant{0.0f};
-    std::string label;  // of the node that it came from
+    int source = -1;  // of the shader's ops, the first that came to this; -1: compiling made it
   };
 
   explicit ProgramGraph(std::span<const float> tables) : tables_(tables) {}
@@ -33,9 +33,9 @@ class ProgramGraph {
   // The op's value: an earlier one where it is the same, a constant where it can only be that.
   Value op(uint number, uint mode, std::vector<Value> arguments);
 
-  void set_label(Value v, const std::string &label) {
-    std::string &own = nodes_[static_cast<std::size_t>(v)].label;
-    if (own.empty()) own = label;
+  void set_source(Value v, std::size_t op) {
+    int &own = nodes_[static_cast<std::size_t>(v)].source;
+    if (own < 0) own = static_cast<int>(op);
   }
   const Node &operator[](Value v) const { return nodes_[static_cast<std::size_t>(v)]; }
   std::size_t size() const { return nodes_.size(); }

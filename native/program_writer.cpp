@@ -1,39 +1,18 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Gives out registers and writes instructions, and the same as text for people.
+// Gives out registers and writes instructions. How people read them is program_listing.cpp's.
 #include "program_writer.h"
 
 #include <algorithm>
-#include <cstdio>
 #include <stdexcept>
 
 #include "../kernels/program/ops.h"
 
 namespace cotorra {
-namespace {
-
-std::string text_of(float x) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.4g", static_cast<double>(x));
-  return text;
-}
-
-std::string text_of(vec3 v, bool vector) {
-  if (!vector) return text_of(v.x);
-  std::string text("(");
-  return text.append(text_of(v.x)).append(", ").append(text_of(v.y)).append(", ").append(text_of(v.z)).append(")");
-}
-
-std::string text_of_register(uint reference) {
-  std::string text("r");
-  text.append(std::to_string(reference & REFERENCE_MASK));
-  return text;
-}
-
-}  // namespace
 
 // Counts who asks for what, from the last value to the first.
 void ProgramWriter::begin(const std::vector<Value> &roots) {
   code_.clear();
+  sources_.clear();
   needs_ = {GROUP_PROGRAM, 0};
   uses_.assign(graph_.size(), 0);
   places_.assign(graph_.size(), {});
@@ -52,7 +31,6 @@ void ProgramWriter::write(Value v) {
   const ProgramGraph::Node &node = graph_[v];
   const bool vector = node.op->result == 'v';
   std::vector<uint> references;
-  std::string shown;
   for (std::size_t k = 0; k < node.arguments.size(); ++k) {
     const Value a = node.arguments[k];
     const bool is_vector = node.op->arguments[k] == 'v';
@@ -60,9 +38,6 @@ void ProgramWriter::write(Value v) {
     const bool is_table = node.op->table && node.op->number < OP_IMAGE_V && k == 1;
     const float base = is_table ? static_cast<float>(library_.tables.size()) : 0.0f;
     references.push_back(is_table ? constant(graph_[a].constant + base, false) : reference(a, is_vector));
-    shown += k > 0 ? ", " : "";
-    shown += graph_.is_constant(a) ? text_of(graph_[a].constant, is_vector)
-                                   : text_of_register(places_[static_cast<std::size_t>(a)].reference);
   }
   for (const Value a : node.arguments) release(a);
   const uint place = allocate(vector ? 3 : 1);
@@ -73,11 +48,7 @@ void ProgramWriter::write(Value v) {
   code_.insert(code_.end(), references.begin(), references.end());
   out_.ops_used[node.op->number / 64] |= std::uint64_t{1} << (node.op->number % 64);
   needs_.add({program_group(node.op->number), program_variants(node.op->number, node.mode)});
-  out_.text.append("    ").append(text_of_register(place)).append(" = ").append(node.op->name);
-  out_.text.append("(").append(shown).append(")");
-  if (node.mode != 0) out_.text.append(" mode ").append(std::to_string(node.mode));
-  if (!node.label.empty()) out_.text.append("    # ").append(node.label);
-  out_.text += "\n";
+  sources_.push_back(node.source);
 }
 
 uint ProgramWriter::constant(vec3 value, bool vector) {
@@ -112,14 +83,12 @@ void ProgramWriter::release(Value v) {
   std::fill(first, first + (graph_.is_vector(v) ? 3 : 1), 0);
 }
 
-ProgramPart ProgramWriter::value(Value v, const char *what) {
-  out_.text.append("  ").append(what).append(":\n");
+ProgramPart ProgramWriter::value(Value v) {
   begin({v});
   return finish({reference(v, true)}, {});
 }
 
 ProgramPart ProgramWriter::closures(const std::vector<Row> &rows) {
-  out_.text += "  surface:\n";
   std::vector<Value> roots;
   for (const Row &row : rows) {
     roots.push_back(row.weight);
@@ -137,18 +106,11 @@ ProgramPart ProgramWriter::finish(std::vector<uint> results, const std::vector<R
   for (const Row &row : rows) {
     const ClosureInfo &info = program_closures()[row.kind];
     records.push_back({row.kind, row.mode, reference(row.weight, true), static_cast<uint>(words.size())});
-    out_.text.append("    ").append(info.name).append(" x ");
-    out_.text.append(graph_.is_constant(row.weight) ? text_of(graph_[row.weight].constant, true)
-                                                    : text_of_register(records.back().weight));
-    out_.text.append(" (");
     for (std::size_t k = 0; info.arguments[k] != 0 && k < row.arguments.size(); ++k) {
       const Value a = row.arguments[k];
       const bool vector = info.arguments[k] == 'v';
       words.push_back(reference(a, vector));
-      out_.text += k > 0 ? ", " : "";
-      out_.text += graph_.is_constant(a) ? text_of(graph_[a].constant, vector) : text_of_register(words.back());
     }
-    out_.text += ")\n";
   }
   std::vector<uint> key = words;
   key.insert(key.end(), results.begin(), results.end());

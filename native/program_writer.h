@@ -25,11 +25,13 @@ class ProgramWriter {
       : in_(in), graph_(graph), library_(library), out_(out) {}
 
   // A program whose result is one value of three numbers.
-  ProgramPart value(Value v, const char *what);
+  ProgramPart value(Value v);
   // A program whose result is a list of closures.
   ProgramPart closures(const std::vector<Row> &rows);
   // Of the program that was written last.
   const ProgramNeeds &needs() const { return needs_; }
+  // The same, by instruction: the shader's op that it came from (ProgramGraph::Node::source).
+  const std::vector<int> &sources() const { return sources_; }
 
  private:
   struct Place {
@@ -49,6 +51,7 @@ class ProgramWriter {
   ProgramLibrary &library_;
   CompiledShader &out_;
   std::vector<uint> code_;
+  std::vector<int> sources_;
   ProgramNeeds needs_;
   std::vector<uint> uses_;
   std::vector<Place> places_;

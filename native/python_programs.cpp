@@ -67,7 +67,6 @@ ShaderInput read_shader(nb::handle shader, std::vector<nb::object> &keep) {
     in.closures = read_closures(nb::getattr(shader, "closures"), keep);
     in.closure_args = view<int, std::int32_t>(shader, "closure_args", keep);
     in.tables = view<float, float>(shader, "tables", keep);
-    for (nb::handle label : nb::getattr(shader, "labels")) in.labels.push_back(nb::cast<std::string>(label));
   } catch (const std::invalid_argument &error) {
     throw std::invalid_argument("shader '" + in.name + "': " + error.what());
   }

@@ -171,8 +171,8 @@ class Scene {
   const ProgramNeeds &surface_needs() const { return surface_needs_; }
   const ProgramNeeds &emission_needs() const { return emission_needs_; }
   const ProgramNeeds &transparency_needs() const { return transparency_needs_; }
-  // What shader `index` became, for people. Throws std::out_of_range.
-  const std::string &explain(std::size_t index) const { return compiled_.at(index).text; }
+  // What shader `index` became. Throws std::out_of_range.
+  const CompiledShader &shader(std::size_t index) const { return compiled_.at(index); }
   // What a material is made of, where that is constant. Throws std::out_of_range.
   const CompiledShader &compiled(std::size_t material) const;
   // Lamps whose emission varies, which cannot be rendered yet: they are black.

@@ -60,7 +60,9 @@ def generated() -> Path:
     maker = build_program('make_albedo_tables', ['native/tools/make_albedo_tables.cpp'])
     folder = BUILD / f'generated-{maker.name}'
     folder.mkdir(exist_ok=True)
-    (folder / 'cpu_kernel_list.inc').write_text('COTORRA_KERNEL(cpu_kernel_test)\n')
+    (folder / 'cpu_kernel_list.inc').write_text(
+        'COTORRA_KERNEL(cpu_kernel_test)\nCOTORRA_PROGRAM(COTORRA_PROGRAM_NAME, 2u)\n'
+    )
     if not (folder / 'albedo_tables.h').exists():
         subprocess.run([maker, folder / 'albedo_tables.h'], check=True)
     return folder

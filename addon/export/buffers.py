@@ -45,6 +45,7 @@ class Shader:
     closures:     (K,) CLOSURE; kinds are the numbers of `cotorra_native.shader_closures()`.
     closure_args: (B,) int32 references.
     labels:       name of the node that each op came from.
+    closure_labels: name of the node that each closure came from.
     tables:       (T,) float32 look-up tables; ops take offsets into it as constants.
     """
 
@@ -57,6 +58,7 @@ class Shader:
     closure_args: I32
     labels: tuple[str, ...]
     tables: F32
+    closure_labels: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

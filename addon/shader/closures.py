@@ -106,8 +106,11 @@ def _below(reader: Reader, part: Part) -> list[tuple[Part, Ref]]:
     found = []
     for name, share in zip(('Shader', 'Shader_001'), shares, strict=True):
         known = builder.constant_of(share)
-        inner = None if known is not None and known[0] == 0.0 else _part(reader, node.sockets[name], fed.contexts)
-        if inner is not None:
+        inner = _part(reader, node.sockets[name], fed.contexts)
+        if inner is not None and known is not None and known[0] == 0.0:
+            left = f'"{reader.feeds.name(inner.fed.node)}"' if isinstance(inner.fed, Fed) else 'a value'
+            builder.notes.append(f'{left}: its share in node "{reader.feeds.name(fed.node)}" is 0')
+        elif inner is not None:
             found.append((inner, share))
     return found
 

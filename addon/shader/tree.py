@@ -35,11 +35,13 @@ class Draft:
 
     named: the constants that stand for layers, by their index.
     uses:  names of the ops, which tell what meshes and instances have to bring.
+    notes: what was left out since it counts for nothing, for people.
     """
 
     shader: Shader
     named: tuple[tuple[int, Named], ...]
     uses: frozenset[str]
+    notes: tuple[str, ...] = ()
 
     def layers(self, kind: str) -> set[str]:
         return {named.name for _, named in self.named if named.kind == kind}
@@ -83,6 +85,8 @@ class Builder:
     _table_parts: list[F32] = field(default_factory=list)
     _table_size: int = 0
     _closures: list[tuple[int, int, Ref, tuple[Ref, ...]]] = field(default_factory=list)
+    _closure_labels: list[str] = field(default_factory=list)
+    notes: list[str] = field(default_factory=list)  # as in Draft
 
     def emit(self, name: str, *args: Ref, mode: int = 0) -> Ref:
         """The value of an op; an earlier one where it is the same."""
@@ -137,6 +141,7 @@ class Builder:
         kind = self.tables.closures[name]
         assert len(args) == len(kind.arguments), f'{name} takes {kind.arguments}'
         self._closures.append((kind.number, mode, weight, args))
+        self._closure_labels.append(self.label)
 
     # ---- Arithmetic on numbers that may be constants; what is no constant is left to the native module.
 
@@ -206,8 +211,9 @@ class Builder:
             closure_args=np.array(closure_args, np.int32),
             labels=tuple(self._labels),
             tables=np.concatenate(self._table_parts) if self._table_parts else np.zeros(0, np.float32),
+            closure_labels=tuple(self._closure_labels),
         )
-        return Draft(shader, named, frozenset(name for name, _, _ in self._known))
+        return Draft(shader, named, frozenset(name for name, _, _ in self._known), tuple(self.notes))
 
 
 def finite(value: float | Triple) -> bool:
