@@ -141,7 +141,7 @@ FN vec3 path_escape(IN(SceneData) scene, IN(PathState) path, vec3 direction) {
   if ((scene.world_visibility & path.ray_kind) == 0u) return vec3(0.0f);
   float pdf;
   const vec3 throughput = found_throughput(scene, path, scene.world_visibility, pdf);
-  if (!FEATURE(FEATURE_PROGRAMS) || !PROGRAM_GROUP(GROUP_PROGRAM) || scene.world_program.end == 0u) {
+  if (!FEATURE(FEATURE_PROGRAMS) || !PROGRAM_GROUP(GROUP_EMISSIONS) || scene.world_program.end == 0u) {
     return throughput * scene.world;
   }
   ShaderPoint at = background_point(direction);

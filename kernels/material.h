@@ -31,7 +31,7 @@ FN bool material_varies(IN(Material) material) {
 // What the material emits at a point. Material.emission of an emission that varies is its mean, which only says how
 // often light sampling picks the triangle.
 FN vec3 material_emission(IN(SceneData) scene, uint index, IN(Material) material, IN(ShaderPoint) at) {
-  if (material_varies(material)) {
+  if (PROGRAM_GROUP(GROUP_EMISSIONS) && material_varies(material)) {
     const MaterialProgram program = LOAD(scene.programs, index);
     if (program.emission.first != NO_PROGRAM) {
       return light_numbers(program_value(scene, at, program.emission, program.constants));
@@ -44,7 +44,7 @@ FN vec3 material_emission(IN(SceneData) scene, uint index, IN(Material) material
 FN vec3 material_transparency(IN(SceneData) scene, uint index, IN(ShaderPoint) at) {
   const Material material = LOAD(scene.materials, index);
   if ((material.flags & MATERIAL_TRANSPARENT) == 0u) return vec3(0.0f);
-  if (material_varies(material)) {
+  if (PROGRAM_GROUP(GROUP_TRANSPARENCIES) && material_varies(material)) {
     const MaterialProgram program = LOAD(scene.programs, index);
     if (program.transparency.first != NO_PROGRAM) {
       const vec3 through = light_numbers(program_value(scene, at, program.transparency, program.constants));

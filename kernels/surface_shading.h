@@ -205,7 +205,8 @@ FN void surface_begin(IN(SceneData) scene, IN(Surface) s, OUT(SurfaceShading) sh
 
 // Is the surface's closure drawn by a program?
 FN bool surface_varies(IN(SceneData) scene, IN(Surface) s, IN(Material) material) {
-  return material_varies(material) && LOAD(scene.programs, s.material).surface.first != NO_PROGRAM;
+  return PROGRAM_GROUP(GROUP_SURFACES) && material_varies(material) &&
+         LOAD(scene.programs, s.material).surface.first != NO_PROGRAM;
 }
 
 // The same from the beginning, for one point, whether it varies or not. The CPU runs the programs of many at once.

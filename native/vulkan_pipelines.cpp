@@ -78,11 +78,15 @@ ProgramNeeds needs_of(std::size_t stage, const KernelChoice &choice) {
   ProgramNeeds needs;
   if ((choice.features & FEATURE_PROGRAMS) == 0) return needs;
   const auto is = [stage](Stage other) { return stage == static_cast<std::size_t>(other); };
-  if (is(Stage::kShade)) needs.add(choice.surface);
-  if (is(Stage::kShade) || is(Stage::kLight)) needs.add(choice.emission);
-  if (is(Stage::kTrace) || is(Stage::kShadow) || is(Stage::kLight)) needs.add(choice.transparency);
+  const auto add = [&needs](const ProgramNeeds &part, std::uint32_t kind) {
+    needs.add(part);
+    if (part.groups != 0) needs.groups |= kind;
+  };
+  if (is(Stage::kShade)) add(choice.surface, GROUP_SURFACES);
+  if (is(Stage::kShade) || is(Stage::kLight)) add(choice.emission, GROUP_EMISSIONS);
+  if (is(Stage::kTrace) || is(Stage::kShadow) || is(Stage::kLight)) add(choice.transparency, GROUP_TRANSPARENCIES);
   // Whitted's shadow rays ask what the glass is that they cross.
-  if (is(Stage::kShadow) && (choice.features & FEATURE_WHITTED) != 0) needs.add(choice.surface);
+  if (is(Stage::kShadow) && (choice.features & FEATURE_WHITTED) != 0) add(choice.surface, GROUP_SURFACES);
   return needs;
 }
 

@@ -59,7 +59,7 @@ def directions(upper: bool = False) -> Draw:
 
     def draw(rng: np.random.Generator, n: int) -> np.ndarray:
         values = rng.normal(size=(n, 3))
-        values[:6] = np.concatenate([np.eye(3), -np.eye(3)])
+        values[:6] = np.concatenate([np.eye(3), -np.eye(3)])[:n]
         if upper:
             values[:, 2] = np.abs(values[:, 2]) + 1e-3
         return (values / np.linalg.norm(values, axis=1, keepdims=True)).astype(np.float32)

@@ -15,7 +15,8 @@ from kernel_source import constants, dtype_of
 # Kinds of closures that are drawn from; each has a program, in this order.
 KINDS = tuple(name for name in cotorra_native.shader_closures() if name != 'emission')
 # What of the ops the programs use; a shader that runs no others leaves the rest out.
-GROUPS = ('GROUP_PROGRAM', 'GROUP_MATH', 'GROUP_VECTOR', 'GROUP_COORDINATES', 'GROUP_POINT')
+GROUPS = ('GROUP_PROGRAM', 'GROUP_SURFACES', 'GROUP_EMISSIONS', 'GROUP_MATH', 'GROUP_VECTOR')
+GROUPS += ('GROUP_COORDINATES', 'GROUP_POINT')
 
 SIN = 14  # mode of the op math
 UNIT = 1 << 16  # and its bit: the result is clamped to 0 ... 1

@@ -32,6 +32,10 @@ const uint GROUP_POINT = 2048u;   // the rest of what reads the shading point
 const uint GROUP_WAVE = 4096u;
 const uint GROUP_LAYERS = 8192u;
 const uint GROUP_PROGRAM = 0x80000000u;  // there are programs at all
+// Which programs a stage runs: where it runs none of a kind, that call of the interpreter is left out.
+const uint GROUP_SURFACES = 0x40000000u;
+const uint GROUP_EMISSIONS = 0x20000000u;  // worlds, too
+const uint GROUP_TRANSPARENCIES = 0x10000000u;
 // Bits of what noise is asked for: 1 to 4 dimensions, then the types of noise_fractal.h.
 const uint VARIANT_TYPES_SHIFT = 4u;
 
