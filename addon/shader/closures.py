@@ -223,7 +223,10 @@ def _principled(node: Node, weight: Ref) -> None:
     # Before 5.2 there was no Thin Wall.
     thin_wall = node.f('Thin Wall') if 'Thin Wall' in node.sockets else node.constant(0.0)
     subsurface = node.f('Subsurface Weight')
-    if builder.constant_of(subsurface) != (0.0, 0.0, 0.0):
+    # A thin wall scatters what it does not reflect to both of its sides, which is all there is to it.
+    walls = builder.constant_of(thin_wall)
+    is_thin = walls is not None and walls[0] > 0.0
+    if not is_thin and builder.constant_of(subsurface) != (0.0, 0.0, 0.0):
         node.warn('subsurface scattering is not supported yet: the surface is diffuse')
     emission = builder.scale(node.v('Emission Color'), node.f('Emission Strength'))
     args = (
