@@ -2,7 +2,7 @@
 """The Vulkan device renders what the CPU device renders, on lavapipe (Vulkan on the CPU), under the validation layer.
 
 Both draw the same random numbers. They round differently, so that a ray may pass an edge on the other side, or meet the
-other one of two surfaces in one plane: such samples are counted, and left out of the comparison of the others.
+other one of two surfaces in one plane: vulkan_jobs.compare() lets pixels flip for that alone.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from cotorra.export.buffers import Image, RenderSettings
 import texture_scenes
 from scenes import build
 from scenes.rich import rich_scene
-from vulkan_jobs import ROUNDING, Job, compare, compare_tiles, job_of
+from vulkan_jobs import Job, compare, compare_tiles, job_of
 
 pytestmark = pytest.mark.usefixtures('engine')
 
@@ -30,25 +30,15 @@ DATA = ('depth', 'position', 'normal', 'uv', 'object_index', 'material_index', '
 DATA += ('emission', 'environment', 'shadow')
 
 
-# Demo, integrator, share of pixels that may hold a flipped sample (box_room has a cube in the plane of its floor, and
-# each bounce makes rounding grow), how far the mean may be off, and the rounding of the rest.
-DEMOS = [
-    ('three_lights', 'DIRECT', 0.005, 0.0005, ROUNDING),
-    ('box_room', 'PATH', 0.10, 0.002, ROUNDING),
-    ('material_grid', 'PATH', 0.02, 0.0005, ROUNDING),
-    ('model_pair', 'DIRECT', 0.005, 0.0005, ROUNDING),
-]
+DEMOS = [('three_lights', 'DIRECT'), ('box_room', 'PATH'), ('material_grid', 'PATH'), ('model_pair', 'DIRECT')]
 
 
-@pytest.mark.parametrize('demo, integrator, flips, mean, rounding', DEMOS)
-def test_demo_is_the_image_of_the_cpu(
-    module: ModuleType, tracing: str, demo: str, integrator: str, flips: float, mean: float, rounding: float
-) -> None:
+@pytest.mark.parametrize('demo, integrator', DEMOS)
+def test_demo_is_the_image_of_the_cpu(module: ModuleType, tracing: str, demo: str, integrator: str) -> None:
     job = job_of(module, demos.build(demo), integrator=integrator, ray_tracing=tracing)
     cpu, cpu_stats = job.render('CPU')
     gpu, stats = job.render('VULKAN')
-    compare(cpu['combined'], gpu['combined'], flips, demo, rounding)
-    assert abs(gpu['combined'].mean() / cpu['combined'].mean() - 1.0) < mean
+    compare(cpu['combined'], gpu['combined'], job.fragile('combined'), demo)
     assert stats['samples'] == cpu_stats['samples'] and stats['rejected_samples'] == 0
     for kind, count in cpu_stats['rays'].items():
         assert stats['rays'][kind] == pytest.approx(count, rel=0.005), kind
@@ -56,7 +46,7 @@ def test_demo_is_the_image_of_the_cpu(
     assert np.array_equal(gpu['combined'], again['combined']), 'the same bits each time, whatever the queues hold'
 
 
-@pytest.mark.parametrize('demo, integrator', [demo[:2] for demo in DEMOS])
+@pytest.mark.parametrize('demo, integrator', DEMOS)
 def test_tiles_of_a_demo_are_as_bright(module: ModuleType, tracing: str, demo: str, integrator: str) -> None:
     """With samples enough that one flipped ray does not show in a tile (box_room, 4 samples: 1.5 % in one tile)."""
     job = job_of(module, demos.build(demo), integrator=integrator, samples=64, ray_tracing=tracing)
@@ -77,8 +67,7 @@ def test_models_transparency_and_falloffs(module: ModuleType, tracing: str) -> N
     gpu, stats = job.render('VULKAN')
     assert {'transparency', 'reflection models', 'light shapes'} <= set(stats['features'])
     for name in job.settings.passes:
-        compare(cpu[name], gpu[name], 0.06, name)
-        assert gpu[name].mean() == pytest.approx(cpu[name].mean(), rel=0.002)
+        compare(cpu[name], gpu[name], job.fragile(name), name)
 
 
 @pytest.mark.parametrize('lamps', [3, 11])
@@ -92,8 +81,7 @@ def test_a_scene_with_everything(module: ModuleType, tracing: str, lamps: int) -
     gpu, stats = job.render('VULKAN')
     assert {'emissive meshes', 'light groups', 'world', 'bounces'} <= set(stats['features'])
     for name in job.settings.passes:
-        compare(cpu[name], gpu[name], 0.03, name)
-        assert gpu[name].mean() == pytest.approx(cpu[name].mean(), rel=0.001)
+        compare(cpu[name], gpu[name], job.fragile(name), name)
 
 
 def test_a_smaller_batch_is_the_same_picture(module: ModuleType, tracing: str, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -112,7 +100,7 @@ def test_passes_are_those_of_the_cpu(module: ModuleType, tracing: str) -> None:
     cpu, _ = job.render('CPU')
     gpu, _ = job.render('VULKAN')
     for name in DATA:
-        compare(cpu[name], gpu[name], 0.01, name)
+        compare(cpu[name], gpu[name], job.fragile(name), name)
 
 
 def test_normal_maps(module: ModuleType) -> None:
@@ -130,7 +118,7 @@ def test_normal_maps(module: ModuleType) -> None:
     job = Job(module, buffers, texture_scenes.camera(0.9, 32), RenderSettings(integrator='DIRECT'))
     cpu, _ = job.render('CPU')
     gpu, _ = job.render('VULKAN')
-    compare(cpu['combined'], gpu['combined'], 0.0, 'normal maps')
+    compare(cpu['combined'], gpu['combined'], job.fragile('combined'), 'normal maps')
     assert cpu['combined'].std() > 0.1
 
 
@@ -141,7 +129,7 @@ def test_adaptive_sampling_stops_at_the_same_pixels(module: ModuleType, tracing:
     gpu, _ = job.render('VULKAN')
     counts = cpu['sample_count']
     assert counts.min() < counts.max(), 'nothing was adaptive'
-    assert (counts == gpu['sample_count']).mean() > 0.98
+    compare(counts, gpu['sample_count'], job.fragile('sample_count'), 'sample_count')
 
 
 def test_out_of_memory_says_how_much(module: ModuleType, tracing: str, monkeypatch: pytest.MonkeyPatch) -> None:
