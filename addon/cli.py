@@ -43,7 +43,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         with watcher.stopped_by_signals(), watch.attached(watcher):
             if options.command == 'explain':
-                explain.run(options)
+                explain.run(options, open_scene, CommandError)
             else:
                 render(options, watcher)
     except CommandError as error:

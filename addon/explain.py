@@ -7,6 +7,7 @@ It reads one material at a time onto a square of its own; words and columns are 
 from __future__ import annotations
 
 import argparse
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -19,6 +20,8 @@ if TYPE_CHECKING:
 
     from .export.buffers import SceneBuffers
     from .shader.explain import Explanation
+
+WRONG_ARGUMENTS = 2  # exit code
 
 
 # ---- The command.
@@ -39,13 +42,16 @@ def add_command(commands: Any) -> None:
     line.add_argument('--read', action='store_true', help='print the ops as they were read, before folding, as well')
 
 
-def run(options: argparse.Namespace) -> None:
-    """All that `cotorra explain` does; the text goes to stdout. Raises CommandError."""
-    from . import cli
+def run(
+    options: argparse.Namespace, open_scene: Callable[[argparse.Namespace], bpy.types.Scene], error: type[Exception]
+) -> None:
+    """All that `cotorra explain` does; the text goes to stdout.
 
+    open_scene: opens what the options name. error: what is raised, with a text and, for wrong arguments, an exit code.
+    """
     if options.file is not None and not options.file.is_file():
-        raise cli.CommandError(f'{options.file}: there is no such file')
-    scene = cli.open_scene(options)
+        raise error(f'{options.file}: there is no such file')
+    scene = open_scene(options)
     import bpy
 
     found = [material for material in bpy.data.materials if not material.is_grease_pencil]
@@ -54,7 +60,7 @@ def run(options: argparse.Namespace) -> None:
     for name in wanted:
         if name not in known:
             names = ', '.join(f'"{other}"' for other in sorted(known)) or 'none'
-            raise cli.CommandError(f'there is no material "{name}"; there are: {names}', cli.WRONG_ARGUMENTS)
+            raise error(f'there is no material "{name}"; there are: {names}', WRONG_ARGUMENTS)
     if wanted:
         found = [material for material in found if material.name in wanted]
     failed = []
@@ -62,12 +68,12 @@ def run(options: argparse.Namespace) -> None:
     for index, material in enumerate(sorted(found, key=lambda material: material.name)):
         try:
             text = explain_material(material, scene, depsgraph, options.read).text()
-        except ValueError as error:  # the native module's: it names the shader
+        except ValueError as problem:  # the native module's: it names the shader
             failed.append(material.name)
-            text = f'Material "{material.name}": {error}'
+            text = f'Material "{material.name}": {problem}'
         print(text if index == 0 else f'\n\n{text}', flush=True)
     if failed:
-        raise cli.CommandError(f'not compiled: {", ".join(failed)}')
+        raise error(f'not compiled: {", ".join(failed)}')
 
 
 # ---- One material.

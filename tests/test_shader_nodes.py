@@ -12,7 +12,7 @@ import bpy
 import numpy as np
 import pytest
 from cotorra.shader import CLOSURES, NEAREST, NOT_SUPPORTED, STRUCTURE, VALUES
-from cotorra.shader.explain import explain
+from cotorra.shader.explain import unfolded
 from cotorra.shader.nodes_texture import mapping_matrix
 
 import shader_reading
@@ -59,10 +59,8 @@ def test_every_output_is_read(kind: str) -> None:
             elif kind in VALUES:
                 assert not any('is not supported' in text for text in found.warnings) or kind in NEARLY
                 assert found.closures == ['emission']
-            text = explain(
-                found.draft.resolved({name: 0 for _, name in found.draft.named}), ('',), shader_reading.TABLES
-            )
-            assert text.count('\n') == len(found.ops) + len(found.closures)
+            told = unfolded(found.draft.resolved({name: 0 for _, name in found.draft.named}), shader_reading.TABLES)
+            assert len(told.rows) == len(found.ops) + len(found.closures)
 
 
 # A mix of rotations is named; Blender does not let one choose it.

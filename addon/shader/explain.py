@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What became of a shader, as lines of columns: its folded programs, what is constant, what was left out, what it costs.
+"""What became of a shader, as lines of columns: its folded programs, what is constant, what was left out, its cost.
 
 Words are words.py's; shaders are compiled, and the time is taken, by the native module.
 """
@@ -265,7 +265,8 @@ def _spoken(member: str) -> str:
 
 
 def _time(nanoseconds: float) -> str:
-    return f'{nanoseconds / 1000.0:.2g} µs' if nanoseconds >= 1000.0 else f'{nanoseconds:.2g} ns'
+    number, unit = (nanoseconds / 1000.0, 'µs') if nanoseconds >= 1000.0 else (nanoseconds, 'ns')
+    return f'{number:.{0 if number >= 10.0 else 1}f} {unit}'
 
 
 def _count(number: int, noun: str, nouns: str = '') -> str:

@@ -13,6 +13,7 @@ import numpy as np
 
 from ..export.buffers import INTERPOLATION_CLOSEST, INTERPOLATION_CUBIC
 from .bump import DIRECTX
+from .closures import DISTRIBUTIONS
 from .nodes_input import FALLOFF, LIGHT_PATH, OBJECT_F, PARTICLE_F, PARTICLE_V
 from .nodes_texture import GABOR_OUTPUTS, NOISE_TYPES
 from .reader import enum_numbers
@@ -367,10 +368,10 @@ def closure_words(name: str, mode: int) -> str:
     """A closure and its mode, such as 'glossy MULTI_GGX'."""
     match name:
         case 'glossy' | 'glass' | 'refraction':
-            return f'{name} {choice("BsdfAnisotropic", "distribution", mode)}'
+            return f'{name} {DISTRIBUTIONS[mode]}'
         case 'metallic':
             kind = 'PHYSICAL_CONDUCTOR' if mode & 256 else 'F82'
-            return f'{name} {kind} {choice("BsdfAnisotropic", "distribution", mode & 255)}'
+            return f'{name} {kind} {DISTRIBUTIONS[mode & 255]}'
         case 'sheen':
             return f'{name} {("ASHIKHMIN", "MICROFIBER")[mode & 1]}'
         case 'toon':
