@@ -86,7 +86,8 @@ struct CompileNotes {
   };
   std::vector<Folded> folded;
   std::vector<Dropped> dropped;
-  // Of each instruction of a part the op that it came from, and of each closure the shader's; -1 where compiling made it.
+  // Of each instruction of a part the op that it came from, and of each closure the shader's; -1 where compiling made
+  // it.
   std::vector<int> surface_sources, emission_sources, transparency_sources, closure_sources;
 };
 
