@@ -11,6 +11,8 @@
 #include <span>
 #include <vector>
 
+#include "../kernels/program/ops.h"
+
 namespace cotorra::vulkan {
 namespace {
 
