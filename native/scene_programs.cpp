@@ -117,8 +117,6 @@ void Scene::prepare_programs(ProgramsInput &in, const MaterialsInput &materials)
     surface_needs_.add(c.surface_needs);
     emission_needs_.add(c.emission_needs);
     transparency_needs_.add(c.transparency_needs);
-    // A world's emission is seen where surfaces are shaded.
-    surface_needs_.add(c.emission_needs);
     asks_spaces_ |= uses(c, {OP_OBJECT_POSITION, OP_OBJECT_TRANSFORM});
     asks_meshes_ |= c.varies();
   }
