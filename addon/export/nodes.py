@@ -160,9 +160,13 @@ class Trees:
         if self._steps % STEPS_BETWEEN_CHECKPOINTS == 0:
             self.checkpoint()
 
-    def _tree(self, tree: bpy.types.NodeTree) -> dict[bpy.types.NodeSocket, bpy.types.NodeSocket]:
+    def has_loop(self, tree: bpy.types.NodeTree) -> bool:
         if tree not in self._links:
             self._links[tree], self._loops[tree] = _tree_links(tree)
+        return bool(self._loops[tree])
+
+    def _tree(self, tree: bpy.types.NodeTree) -> dict[bpy.types.NodeSocket, bpy.types.NodeSocket]:
+        self.has_loop(tree)
         for text in self._loops[tree]:
             self.warn(text)
         return self._links[tree]

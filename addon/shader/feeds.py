@@ -101,12 +101,30 @@ def node_count(tree: bpy.types.NodeTree, known: dict[bpy.types.NodeTree, int] | 
     return known[tree]
 
 
+def _trees_within(tree: bpy.types.NodeTree, trees: Trees) -> dict[bpy.types.NodeTree, None]:
+    """A tree and those of its groups, each once; groups that their library lacks are named."""
+    met, waiting = {tree: None}, [tree]
+    while waiting:
+        for node in waiting.pop().nodes:
+            inner = node.node_tree if node.type == 'GROUP' else None
+            if inner is None:
+                continue
+            if inner.original.is_missing:
+                trees.warn(f'node "{node.name}": group "{inner.name}" is missing from its library: 0 is used')
+            if inner not in met:
+                met[inner] = None
+                waiting.append(inner)
+    return met
+
+
 def feeds_of(owner: bpy.types.ID, tree: bpy.types.NodeTree, trees: Trees) -> Feeds:
     """The tree of a material, world or light, inlined where this Blender can do so.
 
-    A tree with a loop is inlined to nothing: it is walked, which names the loop.
+    A tree with a loop is walked, which names the loop: Blender inlines it to nothing, and never comes back from one
+    within a group (5.2.3).
     """
-    inlined = compat.inlined(owner)
+    loops = [met for met in _trees_within(tree, trees) if trees.has_loop(met)]
+    inlined = None if loops else compat.inlined(owner)
     if inlined is not None:
         output = output_node(inlined.node_tree)
         if output is not None:
