@@ -143,10 +143,10 @@ MODELS = [
         PREPARE + 'tone = toon_color(model.toon_lit, model.toon_shade, model.toon_steps, c);'
         'diffuse = model_eval_diffuse(m, n, o, wi, c, c);'
         'f = model_eval(m, n, n, max(dot(n, wi), 0.0f), o, wi, specular, pdf);'
-        'part = model_diffuse_pdf(m, dot(n, wi));',
+        'pdf_diffuse = model_diffuse_pdf(m, dot(n, wi));',
         {'material': MATERIAL, 'model': MODEL, 'n': NORMAL, 'o': DIRECTION, 'wi': DIRECTION, 'c': COSINE},
         {'albedo': 'vec3', 'tone': 'vec3', 'diffuse': 'vec3', 'f': 'vec3', 'specular': 'vec3', 'pdf': 'float'}
-        | {'part': 'float'},
+        | {'pdf_diffuse': 'float'},
         POWER,
     ),
     Case(

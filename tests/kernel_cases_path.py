@@ -132,7 +132,7 @@ MATERIALS = [
         'Bsdf bsdf; bsdf_prepare(scene, material, n, ng, wo, bsdf); fresnel = bsdf_fresnel(bsdf, c, c * c);'
         'pdf_glossy = 0.25f; alone = bsdf_eval_glossy(bsdf, c, 1.5f, 0.1f, c * c, pdf_glossy);'
         'diffuse = bsdf_eval_lobes(bsdf, wo, wi, glossy, pdf_lobes); f = bsdf_eval(bsdf, wo, wi, pdf);'
-        'part = bsdf_diffuse_pdf(bsdf, wi);',
+        'pdf_diffuse = bsdf_diffuse_pdf(bsdf, wi);',
         {'material': MATERIAL, 'n': NORMAL, 'ng': NORMAL, 'wo': WO, 'wi': DIRECTION, 'c': COSINE},
         {
             'alone': 'vec3',
@@ -143,7 +143,7 @@ MATERIALS = [
             'pdf_lobes': 'float',
             'f': 'vec3',
             'pdf': 'float',
-            'part': 'float',
+            'pdf_diffuse': 'float',
         },
         ROUNDING,
         scene=True,

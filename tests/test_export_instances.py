@@ -287,7 +287,10 @@ def test_light_groups() -> None:
     assert found == {'Own': 0, 'Unknown': -1, 'Inherited': 0, 'Both': 1}, 'its own comes first, as in Cycles 5.2.3'
     assert buffers.lights.light_group.tolist() == [0] and buffers.world.light_group == 0
     # A world and a lamp without a group are in none.
-    world.lightgroup = bpy.data.objects['Point'].lightgroup = ''
+    lamp = bpy.data.objects['Point']
+    world.lightgroup = lamp.lightgroup = ''
+    for changed in (world, lamp):
+        changed.update_tag()  # as a click in the panel does; Blender 4.5 does not for a script
     buffers = exported(scene)
     assert buffers.lights.light_group.tolist() == [-1] and buffers.world.light_group == -1
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from cotorra import demos, native
 
-from vulkan_jobs import NUDGES, UNEXPLAINED, Fragile, Job, compare, flips, job_of, nudged
+from vulkan_jobs import NUDGES, UNEXPLAINED, Fragile, Job, compare, flips, job_of
 
 pytestmark = pytest.mark.usefixtures('engine')
 
@@ -32,7 +32,7 @@ def fragile(job: Job) -> Fragile:
 
 
 def test_another_nudge_is_the_same_picture(job: Job, cpu: np.ndarray, fragile: Fragile) -> None:
-    other = Job(job.module, job.buffers, nudged(job.camera, NUDGES, 1.0), job.settings).render('CPU')[0]['combined']
+    other = job.nudge(NUDGES, 1.0).render('CPU')[0]['combined']
     assert flips(cpu, other).any()
     compare(cpu, other, fragile, 'another nudge')
 

@@ -26,8 +26,8 @@ TILE = 16  # pixels
 TILE_MEAN = 0.002
 FLIPPED = 1e-3  # of the mean: a larger difference is another surface or shadow, not rounding
 ROUNDING = 1e-4  # of the mean, root mean square: what rounding alone may do
-NUDGES = 6  # pictures of the CPU's whose camera is moved
-ULPS = 4.0  # by which each number of that camera moves at most: as far as a ray's roundings add up to
+NUDGES = 6  # pictures of the CPU's whose camera and objects are moved
+ULPS = 4.0  # by which each number of theirs moves at most: as far as a ray's roundings add up to
 UNEXPLAINED = 0.002  # share of pixels that may flip though no nudge flipped them: there are but so many nudges
 SIGMAS = 4.0
 
@@ -60,7 +60,8 @@ def require(module: ModuleType, tracing: str) -> None:
 class Fragile:
     """Where a pass of the CPU's is at the mercy of rounding.
 
-    mask:     pixels that flip when the camera moves by a rounding error.
+    mask:     pixels that flip when the camera and the objects move by a rounding error. (Of two surfaces in one plane
+              the same one always wins on one device, wherever its camera stands; which one does, the objects decide.)
     variance: mean square of that change, of each pixel's mean over its channels.
     """
 
@@ -102,33 +103,37 @@ class Job:
         session.read(name, pixels)
         return pixels
 
+    def nudge(self, seed: int, ulps: float = ULPS) -> Job:
+        """The same picture, had its camera and each object stood a rounding error away."""
+        random = np.random.default_rng(seed)
+        ulp = ulps * float(np.finfo(np.float32).eps)
+        camera, instances = self.camera, self.buffers.instances
+        view, shown = camera.transform.astype(np.float64), instances.transform.astype(np.float64)
+        far = np.abs(view[:, 3]).max()
+        size = np.ones((3, 4))
+        size[:, 3] = far
+        view += ulp * size * random.uniform(-1.0, 1.0, (3, 4))
+        window = np.array(camera.window) * (1.0 + ulp * random.uniform(-1.0, 1.0, 4))
+        shown[:, :, 3] += ulp * far * random.uniform(-1.0, 1.0, (len(shown), 3))
+        return Job(
+            self.module,
+            dataclasses.replace(
+                self.buffers, instances=dataclasses.replace(instances, transform=shown.astype(np.float32))
+            ),
+            dataclasses.replace(camera, transform=view.astype(np.float32), window=tuple(window.tolist())),
+            self.settings,
+        )
+
     def fragile(self, name: str) -> Fragile:
         """What the CPU's own picture owes to rounding."""
         if not self.nudged:
-            still = self.camera
-            cameras = (still, *(nudged(still, seed) for seed in range(NUDGES)))
-            try:
-                for self.camera in cameras:
-                    self.nudged.append(self.render('CPU')[0])
-            finally:
-                self.camera = still
+            self.nudged = [self.render('CPU')[0], *(self.nudge(seed).render('CPU')[0] for seed in range(NUDGES))]
         cpu, *others = (passes[name] for passes in self.nudged)
         changed = [other.astype(np.float64) - cpu for other in others]
         return Fragile(
             np.any([flips(cpu, other) for other in others], axis=0),
             np.mean([change.mean(axis=-1) ** 2 for change in changed], axis=0),
         )
-
-
-def nudged(camera: Camera, seed: int, ulps: float = ULPS) -> Camera:
-    """The camera, a rounding error away."""
-    random = np.random.default_rng(seed)
-    ulp = ulps * float(np.finfo(np.float32).eps)
-    size = np.ones((3, 4))
-    size[:, 3] = np.abs(camera.transform[:, 3]).max()
-    transform = camera.transform + ulp * size * random.uniform(-1.0, 1.0, (3, 4))
-    window = np.array(camera.window) * (1.0 + ulp * random.uniform(-1.0, 1.0, 4))
-    return dataclasses.replace(camera, transform=transform.astype(np.float32), window=tuple(window.tolist()))
 
 
 def job_of(module: ModuleType, scene: bpy.types.Scene, size: tuple[int, int] = SIZE, **settings: Any) -> Job:

@@ -106,7 +106,7 @@ int main() {
     const Hit expected = brute_force(meshes, instances, ray, mask);
     Hit hit{INFINITE_DISTANCE, 0.0f, 0.0f, 0, INVALID_ID, 0};
     const bool found = bvh_trace(bvh, ray.origin, ray.direction, 0.0f, mask, false, hit);
-    Hit any{INFINITE_DISTANCE, 0.0f, 0.0f, 0, INVALID_ID};
+    Hit any{INFINITE_DISTANCE, 0.0f, 0.0f, 0, INVALID_ID, 0};
     const bool occluded = bvh_trace(bvh, ray.origin, ray.direction, 0.0f, mask, true, any);
     met += expected.instance != INVALID_ID ? 1 : 0;
     const bool same = hit.instance == expected.instance && (!found || hit.triangle == expected.triangle) &&
