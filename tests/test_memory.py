@@ -15,6 +15,7 @@ from pathlib import Path
 import pytest
 
 TESTS = Path(__file__).resolve().parent
+# RLIMIT_AS makes an allocation fail on Linux; macOS takes the limit and ignores it, and Windows has none.
 pytestmark = pytest.mark.skipif(sys.platform != 'linux', reason='limits of the address space are Linux here')
 
 # Arguments: MiB that may be added, vertices along a side of the mesh, pixels along a side of the picture, emission.
