@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "../kernels/program/ops.h"
+#include "spirv_specialize.h"
 
 namespace cotorra::vulkan {
 namespace {
@@ -160,19 +161,16 @@ CompiledStage Pipelines::compile_and_report(std::size_t stage, const KernelChoic
 }
 
 void Pipelines::compile(std::size_t stage, const KernelChoice &choice) {
-  const std::span<const std::uint32_t> code = stages_of(device_)[stage];
+  // KERNEL_FEATURES, PROGRAM_GROUPS and PROGRAM_VARIANTS of stage.glsl.
+  const ProgramNeeds needs = needs_of(stage, choice);
+  const std::uint32_t constants[] = {choice.features, needs.groups, needs.variants};
+  const std::vector<std::uint32_t> code = specialize_spirv(stages_of(device_)[stage], constants);
   VkShaderModuleCreateInfo module_info{};
   module_info.sType = VK_STRUCTURE_TYPE_SHADER_MODULE_CREATE_INFO;
-  module_info.codeSize = code.size_bytes();
+  module_info.codeSize = code.size() * sizeof(std::uint32_t);
   module_info.pCode = code.data();
   VkShaderModule module = VK_NULL_HANDLE;
   check(device_.vkCreateShaderModule(device_.handle, &module_info, nullptr, &module), "vkCreateShaderModule");
-  // KERNEL_FEATURES, PROGRAM_GROUPS and PROGRAM_VARIANTS of stage.glsl.
-  const ProgramNeeds needs = needs_of(stage, choice);
-  const std::uint32_t constants[3] = {choice.features, needs.groups, needs.variants};
-  const VkSpecializationMapEntry entries[3] = {
-      {0, 0, sizeof(std::uint32_t)}, {1, 4, sizeof(std::uint32_t)}, {2, 8, sizeof(std::uint32_t)}};
-  const VkSpecializationInfo specialization{3, entries, sizeof constants, constants};
   VkComputePipelineCreateInfo info{};
   info.sType = VK_STRUCTURE_TYPE_COMPUTE_PIPELINE_CREATE_INFO;
   info.layout = layout_;
@@ -181,7 +179,6 @@ void Pipelines::compile(std::size_t stage, const KernelChoice &choice) {
   info.stage.stage = VK_SHADER_STAGE_COMPUTE_BIT;
   info.stage.module = module;
   info.stage.pName = "main";
-  info.stage.pSpecializationInfo = &specialization;
   const VkResult result =
       device_.vkCreateComputePipelines(device_.handle, cache_, 1, &info, nullptr, &pipelines_[stage]);
   device_.vkDestroyShaderModule(device_.handle, module, nullptr);
