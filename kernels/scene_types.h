@@ -354,7 +354,7 @@ BUFFER_REF(ObjectSpace, ObjectSpaceBuffer)
 BUFFER_REF(InstanceInfo, InstanceInfoBuffer)
 
 // The whole scene, as a kernel sees it.
-struct SceneData {
+RECORD(SceneData) {
   LightBuffer lights;
   MaterialBuffer materials;
   UintBuffer material_slots;

@@ -139,7 +139,7 @@ struct AccelerationData {
 // Everything that stays the same while a session renders. Of `bvh` and `acceleration` only that is filled which the
 // stages were compiled for (trace.glsl).
 struct WaveData {
-  SceneData scene;
+  RECORD_REF(SceneData) scene;
   BvhData bvh;
   AccelerationData acceleration;
   UintRwBuffer counters;
@@ -193,7 +193,7 @@ struct WaveData {
   float outline_y;
   float rows;        // of the whole picture, pixels
 };
-BUFFER_REF(WaveData, WaveDataBuffer)
+BUFFER_RW(WaveData, WaveDataBuffer)
 
 // What a dispatch is told: pixels [first_pixel, + pixel_count), samples [first_sample, + sample_count) of each.
 struct WavePush {

@@ -96,16 +96,16 @@ class WavefrontOnCard final : public Wavefront {
   }
 
   bool has(std::uint32_t feature) const { return (job_.features & feature) != 0; }
-  bool all_lights() const { return wave_.scene.light_count <= job_.lights_at_once; }
+  bool all_lights() const { return job_.scene->light_count <= job_.lights_at_once; }
   // Does it matter what a surface does with light?
   bool scatters() const { return !has(FEATURE_TOON) && job_.classic.integrator != Integrator::kOcclusion; }
   // Shadow rays that a lane may send to lights at its vertex number `bounce`.
   std::uint32_t light_slots(std::uint32_t bounce) const {
     if (job_.classic.integrator == Integrator::kOcclusion) return 0;
-    if (job_.classic.integrator == Integrator::kToon) return wave_.scene.light_count;
+    if (job_.classic.integrator == Integrator::kToon) return job_.scene->light_count;
     const std::uint32_t picks = bounce == 0 ? job_.lights_at_once : 1;
-    const bool emitters = has(FEATURE_EMISSIVE_MESHES) && wave_.scene.emitter_count > 0;
-    return (all_lights() ? wave_.scene.light_count : picks) + (emitters ? 1 : 0);
+    const bool emitters = has(FEATURE_EMISSIVE_MESHES) && job_.scene->emitter_count > 0;
+    return (all_lights() ? job_.scene->light_count : picks) + (emitters ? 1 : 0);
   }
   std::uint32_t shadow_slots() const { return light_slots(0) + (sky_slot(0) != INVALID_ID ? 1 : 0); }
   // The place of the one to the sky.
@@ -147,8 +147,9 @@ void WavefrontOnCard::upload(int threads) {
   const auto begin = Clock::now();
   double build_seconds = 0.0;
   Uploader uploader(device_);
-  wave_.scene = *job_.scene;
-  const std::vector<Mesh> meshes = upload_scene(scene_, job_.features, uploader, wave_.scene);
+  SceneData data = *job_.scene;
+  const std::vector<Mesh> meshes = upload_scene(scene_, job_.features, uploader, data);
+  wave_.scene = uploader.put(std::span<const SceneData>(&data, 1), "the scene");
   if (device_.ray_query()) {
     const AccelerationPlan plan(scene_);
     wave_.acceleration.geometries.v = uploader.put(std::span(plan.geometries), "the acceleration structure");
@@ -296,7 +297,7 @@ bool WavefrontOnCard::render(std::span<FilmTile> tiles, std::uint32_t first, std
 // All stages of a batch. Returns false if cancelled.
 bool WavefrontOnCard::run_batch(const Batch &batch, RayCounts &counts) {
   WavePush push{};
-  push.data.v = reinterpret_cast<const WaveData *>(data_->address());
+  push.data.v = reinterpret_cast<WaveData *>(data_->address());
   push.first_pixel = batch.first_pixel;
   push.pixel_count = batch.pixel_count;
   push.first_sample = batch.first_sample;

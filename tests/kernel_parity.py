@@ -118,12 +118,12 @@ def _struct(name: str, fields: Sequence[tuple[str, str]]) -> str:
     return f'struct {name} {{ {" ".join(f"{kind} {field};" for kind, field in fields)} }};\n'
 
 
-def _body(case: Case, index: str) -> str:
+def _body(case: Case, index: str, scene: str) -> str:
     """The part that both languages share: unpack, run, pack."""
     lines = [f'  {kind} {name} = LOAD(case_in, {index}).{name};' for kind, name in case.input_fields]
     lines += [f'  {kind} {name};' for kind, name in case.output_fields]
     if case.scene:
-        lines.append('  SceneData scene = LOAD(scenes, 0u);')
+        lines.append(f'  {scene};')
     lines.append(f'  {case.body}')
     lines += [f'  case_out.v[{index}].{name} = {name};' for _, name in case.output_fields]
     return '\n'.join(lines) + '\n'
@@ -143,11 +143,10 @@ def glsl(case: Case) -> str:
         f'{choice}{headers}{_struct("CaseIn", case.input_fields)}{_struct("CaseOut", case.output_fields)}'
         'BUFFER_REF(CaseIn, CaseInBuffer)\n'
         f'{layout} writeonly buffer CaseOutBuffer {{ CaseOut v[]; }};\n'
-        'BUFFER_REF(SceneData, SceneDataBuffer)\n'
         'layout(push_constant, scalar) uniform Push {\n'
-        '  CaseInBuffer case_in; CaseOutBuffer case_out; SceneDataBuffer scenes; uint case_count;\n};\n'
+        '  CaseInBuffer case_in; CaseOutBuffer case_out; SceneData scenes; uint case_count;\n};\n'
         'void main() {\n  if (gl_GlobalInvocationID.x >= case_count) return;\n'
-        f'{_body(case, "gl_GlobalInvocationID.x")}}}\n'
+        f'{_body(case, "gl_GlobalInvocationID.x", "SceneData scene = scenes")}}}\n'
     )
 
 
@@ -158,17 +157,18 @@ def cpp(cases: Sequence[Case], features: int) -> str:
         f'namespace cotorra {{ constexpr std::uint32_t KERNEL_FEATURES = {features:#x}u; }}\n',
         _INCLUDES,
         _PROGRAM_INCLUDES,
-        'namespace cotorra {\nBUFFER_REF(SceneData, SceneDataBuffer)\n',
+        'namespace cotorra {\n',
     ]
     for case in cases:
+        body = _body(case, 'case_i', 'const SceneData &scene = *scenes')
         parts.append(
             f'namespace {case.name}_case {{\n'
             f'{_struct("CaseIn", case.input_fields)}{_struct("CaseOut", case.output_fields)}'
             'BUFFER_REF(CaseIn, CaseInBuffer)\n'
             'struct CaseOutBuffer { CaseOut *v; };\n'
             f'extern "C" void {case.name}_run(CaseInBuffer case_in, CaseOutBuffer case_out,\n'
-            '    [[maybe_unused]] SceneDataBuffer scenes, uint case_count) {\n'
-            f'for (uint case_i = 0u; case_i < case_count; ++case_i) {{\n{_body(case, "case_i")}}}\n}}\n}}\n'
+            '    [[maybe_unused]] const SceneData *scenes, uint case_count) {\n'
+            f'for (uint case_i = 0u; case_i < case_count; ++case_i) {{\n{body}}}\n}}\n}}\n'
         )
     return ''.join(parts) + '}\n'
 

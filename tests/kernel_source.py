@@ -38,7 +38,7 @@ layout(constant_id = 0) const uint KERNEL_FEATURES = 0xffffffffu;
 """
 
 _COMMENT = re.compile(r'//[^\n]*|/\*.*?\*/', re.DOTALL)
-_STRUCT = re.compile(r'^struct (\w+) \{(.*?)^\};', re.DOTALL | re.MULTILINE)
+_STRUCT = re.compile(r'^(?:struct |RECORD\()(\w+)\)? \{(.*?)^\};', re.DOTALL | re.MULTILINE)
 _FIELD = re.compile(r'(\w+)\s+(\w+)(?:\[(\w+)\])?\s*;')
 _FUNCTION = re.compile(r'^FN\s+\w+\s+(\w+)\s*\(', re.MULTILINE)
 # From the name to the next function, or to the end.
