@@ -21,6 +21,7 @@ constexpr std::uint32_t kMagic = 0x07230203;
 
 // Numbers of the SPIR-V specification, section 3.49.
 enum Op : std::uint32_t {
+  kName = 5,
   kExtInstImport = 11,
   kEntryPoint = 15,
   kTypeVoid = 19,
@@ -310,8 +311,8 @@ class Specializer {
     }
   }
 
-  // Ids of functions that are left: decorations of others have nothing to decorate. Of an instruction without a result
-  // it is an id that it uses, which is left, too.
+  // Ids of functions that are left: names and decorations of others have nothing to name. Of an instruction without a
+  // result it is an id that it uses, which is left, too.
   void define(const Instruction &i) {
     if (i.words.size() > 2) defined_.insert(i.words[2]);
   }
@@ -380,7 +381,8 @@ class Specializer {
 
   void write_global(const Instruction &i, std::vector<std::uint32_t> &out) const {
     const Words w = i.words;
-    if (i.op == kDecorate && (w[2] == kSpecId || !defined_.contains(w[1]))) return;
+    if (i.op == kDecorate && w[2] == kSpecId) return;
+    if ((i.op == kDecorate || i.op == kName) && !defined_.contains(w[1])) return;
     const bool special =
         i.op == kSpecConstant || i.op == kSpecConstantTrue || i.op == kSpecConstantFalse || i.op == kSpecConstantOp;
     const auto known = special ? value(w[2]) : std::nullopt;

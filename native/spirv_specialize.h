@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Sets the specialization constants of a SPIR-V module and takes out what they make unreachable, before a driver sees it.
-// Drivers do that themselves, but some only after they have inlined all of it. It knows nothing of Vulkan.
+// Sets the specialization constants of a SPIR-V module and takes out what they make unreachable, before a driver sees
+// it. Drivers do that themselves, but some only after they have inlined all of it. It knows nothing of Vulkan.
 #pragma once
 
 #include <cstdint>

@@ -27,7 +27,7 @@ import kernel_cases_textures
 import kernel_source as kernels
 from kernel_inputs import scene
 from kernel_parity import ALL_FEATURES, Case, build_cpu, differences, run_cpu, run_vulkan
-from vulkan import Runner, open_lavapipe
+from vulkan import Runner
 
 CASES = [
     *kernel_cases.CASES,
@@ -41,14 +41,6 @@ CASES = [
     *kernel_cases_shading.CASES,
     *kernel_cases_textures.CASES,
 ]
-
-
-@pytest.fixture(scope='module')
-def lavapipe() -> Runner:
-    runner = open_lavapipe()
-    if isinstance(runner, str):
-        pytest.skip(runner)
-    return runner
 
 
 @cache
