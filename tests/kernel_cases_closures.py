@@ -55,7 +55,7 @@ def uniform_colors(rng: np.random.Generator, n: int) -> np.ndarray:
 
 FACETS = lobes('REFLECTION', 'GLASS', 'REFRACTION', 'THIN_TRANSMISSION')
 ANY = lobes('DIFFUSE', 'TRANSLUCENT', 'REFLECTION', 'GLASS', 'ASHIKHMIN_SHIRLEY', 'SHEEN', 'TOON_DIFFUSE')
-TABLE = 'const FloatBuffer table = scene.albedo; '
+TABLE = 'FloatBuffer table = scene.albedo; '
 
 FRESNEL = [
     Case(

@@ -73,14 +73,14 @@ COORDINATES = [
         'at = shader_point(s, wo, t); at.footprint = 0.01f; shifted = at; point_shift(scene, shift, 0.5f, shifted);'
         'point_differentials(at, dx, dy); const Instance instance = LOAD(scene.instances, s.instance);'
         'corner = triangle_corner(scene, instance, 1u); own = point_generated(scene, at);'
-        'attribute = point_attribute(scene, layer, at, components);'
+        'read = point_attribute(scene, layer, at, components);'
         'const ObjectSpace space = LOAD(scene.object_spaces, s.instance); place = object_space_point(space, wo);'
         'way = object_space_vector(space, wo); Mesh mesh = LOAD(scene.meshes, instance.mesh);'
         'MeshTextures more = LOAD(scene.mesh_textures, instance.mesh);'
         'uv = mesh_uv(mesh, more, layer, LOAD(mesh.corners, s.triangle), s.u, s.v);',
         {'s': SURFACE, 'wo': WO, 't': UNIT, 'shift': WORDS, 'layer': WORDS},
         {'at': 'ShaderPoint', 'shifted': 'ShaderPoint', 'dx': 'vec3', 'dy': 'vec3', 'corner': 'vec3', 'own': 'vec3'}
-        | {'attribute': 'vec4', 'components': 'uint', 'place': 'vec3', 'way': 'vec3', 'uv': 'vec2'},
+        | {'read': 'vec4', 'components': 'uint', 'place': 'vec3', 'way': 'vec3', 'uv': 'vec2'},
         STEPS,
         scene=True,
     ),

@@ -262,7 +262,6 @@ def scene() -> Scene:
             'classic': np.zeros(MATERIALS, dtype_of('ClassicMaterial')),
             'albedo': rng.uniform(0.4, 1.0, known['TABLE_SIZE']).astype(np.float32),
             'tables': np.random.default_rng(3).uniform(0.0, 1.0, 4 * 257).astype(np.float32),
-            'principled': principled_inputs(np.random.default_rng(4), MATERIALS),
             'filter_table': np.sort(rng.uniform(-1.0, 1.0, known['FILTER_TABLE_SIZE'])).astype(np.float32),
         },
         nested={'meshes': nested},

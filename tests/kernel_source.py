@@ -39,7 +39,8 @@ layout(constant_id = 0) const uint KERNEL_FEATURES = 0xffffffffu;
 
 _COMMENT = re.compile(r'//[^\n]*|/\*.*?\*/', re.DOTALL)
 _STRUCT = re.compile(r'^(?:struct |RECORD\()(\w+)\)? \{(.*?)^\};', re.DOTALL | re.MULTILINE)
-_FIELD = re.compile(r'(\w+)\s+(\w+)(?:\[(\w+)\])?\s*;')
+_FIELD = re.compile(r'(\w+)(?:\(\w+\))?\s+(\w+)(?:\[(\w+)\])?\s*;')
+_RECORD = re.compile(r'^RECORD\((\w+)\)', re.MULTILINE)
 _FUNCTION = re.compile(r'^FN\s+\w+\s+(\w+)\s*\(', re.MULTILINE)
 # From the name to the next function, or to the end.
 _DEFINITION = re.compile(r'^FN\s+\w+\s+(\w+)\s*\((.*?)(?=^FN\b|\Z)', re.DOTALL | re.MULTILINE)
@@ -101,6 +102,12 @@ def references() -> dict[str, str]:
 
 
 @cache
+def records_by_address() -> set[str]:
+    """Records that others hold, and functions hand on, by their address."""
+    return {name for path in EVERY_HEADER for name in _RECORD.findall(text(path))}
+
+
+@cache
 def constants() -> dict[str, int]:
     """Integer constants of the headers, such as LIGHT_SPOT."""
     return {name: int(value, 0) for path in EVERY_HEADER for name, value in _CONSTANT.findall(text(path))}
@@ -112,7 +119,7 @@ def _layout(kind: str) -> tuple[np.dtype, int]:
         return _SCALARS[kind], 4
     if kind[:-1] in _VECTORS:
         return np.dtype((_SCALARS[_VECTORS[kind[:-1]]], (int(kind[-1]),))), 4
-    if kind in references():
+    if kind in references() or kind == 'RECORD_REF':
         return np.dtype('<u8'), 8
     return record_dtype(tuple(structs()[kind]))
 

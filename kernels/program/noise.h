@@ -6,6 +6,7 @@
 
 #include "elementary.h"
 #include "hash.h"
+#include "ops.h"
 
 #ifdef __cplusplus
 namespace cotorra {

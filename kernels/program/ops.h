@@ -31,6 +31,7 @@ const uint GROUP_NORMAL = 1024u;  // bent normals and tangents
 const uint GROUP_POINT = 2048u;   // the rest of what reads the shading point
 const uint GROUP_WAVE = 4096u;
 const uint GROUP_LAYERS = 8192u;
+const uint GROUP_WAVELENGTH = 16384u;  // its table takes drivers long to compile
 const uint GROUP_PROGRAM = 0x80000000u;  // there are programs at all
 // Which programs a stage runs: where it runs none of a kind, that call of the interpreter is left out.
 const uint GROUP_SURFACES = 0x40000000u;
@@ -54,6 +55,7 @@ FN uint program_group(uint op) {
   if (op == OP_VORONOI_F || op == OP_VORONOI_V) return GROUP_VORONOI;
   if (op == OP_GABOR_F) return GROUP_GABOR;
   if (op == OP_WAVE_F) return GROUP_WAVE;
+  if (op == OP_WAVELENGTH) return GROUP_WAVELENGTH;
   if (op >= OP_WHITE_NOISE_F) return GROUP_PATTERN;
   if (op >= OP_MIX_COLOR) return GROUP_COLOR;
   if (op == OP_LAYERS) return GROUP_LAYERS;

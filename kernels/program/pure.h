@@ -92,10 +92,8 @@ FN vec3 pure_color(uint op, uint mode, IN(ProgramArguments) a) {
       return op_bright_contrast(mode, p, a.v[3], a.v[4]);
     case OP_INVERT:
       return op_invert(mode, p, a.v[3]);
-    case OP_BLACKBODY:
-      return op_blackbody(mode, a.v[0]);
     default:
-      return op_wavelength(mode, a.v[0]);
+      return op_blackbody(mode, a.v[0]);
   }
 }
 
@@ -139,6 +137,7 @@ FN vec3 program_pure(uint op, uint mode, IN(ProgramArguments) a) {
   if (PROGRAM_GROUP(GROUP_MATH) && group == GROUP_MATH) return vec3(pure_math(op, mode, a), 0.0f, 0.0f);
   if (PROGRAM_GROUP(GROUP_VECTOR) && group == GROUP_VECTOR) return pure_vector(op, mode, a);
   if (PROGRAM_GROUP(GROUP_COLOR) && group == GROUP_COLOR) return pure_color(op, mode, a);
+  if (PROGRAM_GROUP(GROUP_WAVELENGTH) && group == GROUP_WAVELENGTH) return op_wavelength(mode, a.v[0]);
   if (PROGRAM_GROUP(GROUP_NOISE) && group == GROUP_NOISE) return pure_noise(op, mode, a);
   if (PROGRAM_GROUP(GROUP_VORONOI) && group == GROUP_VORONOI) return pure_voronoi(op, mode, a);
   if (PROGRAM_GROUP(GROUP_WAVE) && group == GROUP_WAVE) {

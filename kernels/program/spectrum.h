@@ -58,17 +58,15 @@ const float WAVELENGTH_RGB[243] = {
 };
 // clang-format on
 
-FN vec3 wavelength_entry(int i) {
-  return vec3(WAVELENGTH_RGB[3 * i], WAVELENGTH_RGB[3 * i + 1], WAVELENGTH_RGB[3 * i + 2]);
-}
-
 // Black below 375 nm, where the first interval still goes on downwards, and from 780 nm.
 FN vec3 op_wavelength(uint, float nanometres) {
   const float at = (nanometres - 380.0f) * 0.2f;
   const bool seen = at > -1.0f && at < float(WAVELENGTHS - 1);
   const float safe = select(seen, at, 0.0f);
   const int i = int(max(floor(safe), 0.0f));
-  const vec3 rgb = lerp(wavelength_entry(i), wavelength_entry(i + 1), safe - float(i));
+  float ends[6];  // in one place: each that names the table has, in GLSL, a copy of it
+  for (int k = 0; k < 6; ++k) ends[k] = WAVELENGTH_RGB[3 * i + k];
+  const vec3 rgb = lerp(vec3(ends[0], ends[1], ends[2]), vec3(ends[3], ends[4], ends[5]), safe - float(i));
   return select(seen, max(rgb, vec3(0.0f, 0.0f, 0.0f)), vec3(0.0f, 0.0f, 0.0f));
 }
 
