@@ -99,10 +99,11 @@ std::unique_ptr<Device> make_vulkan_device(std::shared_ptr<const Scene> scene, c
   return std::make_unique<VulkanDevice>(std::move(scene), job, choice);
 }
 
-std::vector<CompiledStage> compile_vulkan_kernels(std::uint32_t features, const DeviceChoice &choice) {
+std::vector<CompiledStage> compile_vulkan_kernels(std::uint32_t features, const ProgramNeeds &programs,
+                                                  const DeviceChoice &choice) {
   auto instance = std::make_shared<vulkan::Instance>();
   const vulkan::Physical physical = choose(*instance, choice);
-  return vulkan::compile_kernels(features, choice.cache, std::move(instance), physical,
+  return vulkan::compile_kernels(features, programs, choice.cache, std::move(instance), physical,
                                  uses_ray_query(physical, choice));
 }
 

@@ -347,14 +347,14 @@ nb::list devices() {
 }
 
 nb::list compile_kernels(const std::vector<std::string> &features, int device_index, const std::string &cache,
-                         const std::string &ray_tracing) {
+                         const std::string &ray_tracing, const std::vector<std::string> &ops) {
   DeviceChoice choice;
   choice.kind = "VULKAN";
   choice.index = device_index;
   choice.cache = cache;
   choice.ray_tracing = ray_tracing;
   nb::list list;
-  for (const CompiledStage &stage : compile_vulkan_kernels(features_of(features), choice)) {
+  for (const CompiledStage &stage : compile_vulkan_kernels(features_of(features), needs_of_ops(ops), choice)) {
     nb::dict statistics;
     for (const auto &[name, value] : stage.statistics) statistics[name.c_str()] = value;
     nb::dict d;
@@ -381,11 +381,12 @@ NB_MODULE(cotorra_native, m) {
         "ray_query, problem (why it cannot be used, or ''). Raises DeviceError where there is no Vulkan.");
   m.def(
       "compile_kernels", &compile_kernels, "features"_a, "device_index"_a = -1, "cache"_a = "",
-      "ray_tracing"_a = "AUTO",
+      "ray_tracing"_a = "AUTO", "ops"_a = std::vector<std::string>(),
       "Compiles the kernels with these features (names as in Session.stats) for a Vulkan device, one stage after the\n"
       "other: a list of dicts with stage, seconds, and statistics (registers, spills, ... as the driver calls them).\n"
-      "`cache`: folder of compiled kernels, '' for none; `ray_tracing`: as in RenderSettings. Raises DeviceError; "
-      "ValueError for an unknown feature.");
+      "`cache`: folder of compiled kernels, '' for none; `ray_tracing`: as in RenderSettings; `ops`: those that "
+      "programs\n"
+      "hold. Raises DeviceError; ValueError for an unknown feature or op.");
   m.def("version", [] { return COTORRA_VERSION; }, "The version of the module.");
   m.def("shader_ops", &shader_ops,
         "Ops of shaders by name: (number, 'f' or 'v' for the result, the arguments' types such as 'vff').");

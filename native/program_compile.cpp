@@ -74,7 +74,7 @@ class Compiler {
     split();
     CompiledShader out;
     out.program.constants = static_cast<uint>(library.constants.size());
-    out.grey = graph_.is_grey(transparency_);
+    out.grey = grey_;
     ProgramWriter writer(in_, graph_, library, out);
     if (graph_.is_constant(transparency_) && out.grey) {  // what has a colour is a program's in any case
       out.transparency = graph_[transparency_].constant;
@@ -211,6 +211,21 @@ class Compiler {
     return !(std::max({w.x, w.y, w.z}) > 0.0f);
   }
 
+  // Does the share that is not let through say how much of the surface is there? Not where what is let through has a
+  // colour, nor where a transparent closure was added to others that keep their weight.
+  bool hides_what_it_keeps() const {
+    if (!graph_.is_grey(transparency_)) return false;
+    for (const Closure &clear : closures_) {
+      if (clear.kind != CLOSURE_TRANSPARENT) continue;
+      const bool whole = graph_.is_constant(clear.weight) && graph_[clear.weight].constant.x >= 1.0f;
+      for (const Closure &other : closures_) {
+        if (other.kind != CLOSURE_TRANSPARENT && (whole || other.weight == clear.weight)) return false;
+      }
+    }
+    const bool nothing_kept = graph_.is_constant(transparency_) && graph_[transparency_].constant.x >= 1.0f;
+    return !nothing_kept || (surface_.empty() && is_nothing(emission_));
+  }
+
   // Takes emission and what lies behind out of the closures, and leaves the lobes.
   void split() {
     emission_ = transparency_ = graph_.constant(0.0f);
@@ -239,10 +254,14 @@ class Compiler {
           surface_.push_back(std::move(c));
       }
     }
-    if (!graph_.is_grey(transparency_) || is_nothing(transparency_)) return;
+    grey_ = hides_what_it_keeps();
+    if (!grey_ || is_nothing(transparency_)) return;
     // Rays are let through before the surface is shaded: what it does, it does with the share that is stopped.
     const Value opacity = graph_.subtract(graph_.constant(1.0f), transparency_);
-    const auto of_opacity = [&](Value v) { return v == opacity ? graph_.constant(1.0f) : graph_.divide(v, opacity); };
+    const auto of_opacity = [&](Value v) {
+      if (is_nothing(v)) return v;
+      return v == opacity ? graph_.constant(1.0f) : graph_.divide(v, opacity);
+    };
     emission_ = of_opacity(emission_);
     for (Closure &c : surface_) c.weight = of_opacity(c.weight);
   }
@@ -373,10 +392,22 @@ class Compiler {
   std::vector<Closure> surface_;
   Value emission_ = 0;
   Value transparency_ = 0;
+  bool grey_ = true;  // rays are let through before the surface is shaded
   CompileNotes notes_;
 };
 
 }  // namespace
+
+ProgramNeeds needs_of_ops(std::span<const std::string> names) {
+  ProgramNeeds needs;
+  for (const std::string &name : names) {
+    const auto ops = program_ops();
+    const auto op = std::find_if(ops.begin(), ops.end(), [&](const OpInfo &o) { return o.name == name; });
+    if (op == ops.end()) throw std::invalid_argument("no op is called '" + name + "'");
+    needs.add({program_group(op->number) | GROUP_PROGRAM, ~0u});
+  }
+  return needs;
+}
 
 std::span<const OpInfo> program_ops() {
   static const std::vector<OpInfo> ops = make_ops();

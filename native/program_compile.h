@@ -74,6 +74,10 @@ struct ProgramNeeds {
   }
 };
 
+// What programs need that may hold any of these ops; of noise, every variant. Throws std::invalid_argument for a name
+// that no op has.
+ProgramNeeds needs_of_ops(std::span<const std::string> names);
+
 // What became of a shader's ops and closures beside its programs, for people (program_listing.h).
 struct CompileNotes {
   struct Folded {

@@ -438,13 +438,12 @@ std::unique_ptr<Wavefront> make_wavefront(const Scene &scene, const RenderJob &j
   return std::make_unique<WavefrontOnCard>(scene, job, choice, std::move(instance), physical, ray_query, figures);
 }
 
-std::vector<CompiledStage> compile_kernels(std::uint32_t features, const std::string &cache,
-                                           std::shared_ptr<Instance> instance, const Physical &physical,
-                                           bool ray_query) {
+std::vector<CompiledStage> compile_kernels(std::uint32_t features, const ProgramNeeds &programs,
+                                           const std::string &cache, std::shared_ptr<Instance> instance,
+                                           const Physical &physical, bool ray_query) {
   LogicalDevice device(std::move(instance), physical, {ray_query, true});
   std::vector<CompiledStage> stages;
-  const ProgramNeeds everything{~0u, ~0u};
-  const KernelChoice kernels{features, everything, everything, everything};
+  const KernelChoice kernels{features, programs, programs, programs};
   const Pipelines pipelines(device, kernels, static_cast<std::uint32_t>(sizeof(WavePush)), cache, &stages);
   return stages;
 }

@@ -138,3 +138,9 @@ def ops(shader: Shader) -> set[str]:
 def _seen(shader: Shader, ref: int) -> Seen:
     names = {op.number: name for name, op in tables().ops.items()}
     return names[shader.ops[ref]] if ref >= 0 else tuple(shader.constants[~ref].tolist())
+
+
+def emission_ops(explained: dict[str, object]) -> list[str]:
+    """Names of the ops by which a shader's emission is computed (Scene.explain), none where it is constant."""
+    emission = explained['emission']
+    return [op for op, *_ in emission['instructions']] if isinstance(emission, dict) else []

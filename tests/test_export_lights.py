@@ -18,7 +18,7 @@ from mathutils import Euler, Matrix
 
 from scenes import build
 from scenes.depsgraphs import exported, messages
-from shaders import closures
+from shaders import closures, emission_ops
 
 CAMERA, DIFFUSE, GLOSSY, TRANSMISSION, VOLUME, SHADOW = 1, 2, 4, 8, 16, 32
 
@@ -238,10 +238,10 @@ def test_world_visibility() -> None:
     assert exported(scene).world.visibility == 63 - VOLUME
 
 
-def world_program(scene: bpy.types.Scene) -> str:
-    """The native module's text of what it evaluates where the world is seen; nothing for a constant."""
+def world_program(scene: bpy.types.Scene) -> list[str]:
+    """Names of the ops that are evaluated where the world is seen; none for a constant."""
     buffers = exported(scene)
-    return native.load().Scene(buffers, bvh=False).explain(buffers.world.shader)
+    return emission_ops(native.load().Scene(buffers, bvh=False).explain(buffers.world.shader))
 
 
 def test_world_that_varies_is_a_program() -> None:

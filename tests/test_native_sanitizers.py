@@ -7,6 +7,8 @@ build of the CPU kernels, with every feature, stands for all.
 
 from __future__ import annotations
 
+import functools
+import operator
 import os
 import re
 import subprocess
@@ -18,6 +20,7 @@ import nanobind
 import pytest
 from cotorra.native import embree_library
 
+import kernel_source as kernels
 from native_build import BUILD, ROOT, build_module, build_objects, build_program, compiler
 
 # Without the Vulkan device, whose kernels CMake compiles; device_no_vulkan.cpp stands in for it.
@@ -27,7 +30,7 @@ PYTHON = [
     path for path in SOURCES if '#include <nanobind' in path.read_text() or '"python_arrays.h"' in path.read_text()
 ]
 NATIVE = [path for path in SOURCES if path not in PYTHON]
-ALL_FEATURES = 0x1FFFF
+ALL_FEATURES = functools.reduce(operator.or_, (v for k, v in kernels.constants().items() if k.startswith('FEATURE_')))
 MEMORY = ('-fsanitize=address,undefined,float-cast-overflow', '-fno-sanitize-recover=all')
 THREADS = ('-fsanitize=thread',)
 

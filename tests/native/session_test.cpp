@@ -88,7 +88,7 @@ struct ShaderArrays {
     arguments[PRINCIPLED_TRANSMISSION] = ~8;
   }
 
-  ShaderInput input() const { return {"shader", ops, modes, {}, constants, closures, arguments, {}, {}}; }
+  ShaderInput input() const { return {"shader", ops, modes, {}, constants, closures, arguments, {}}; }
 };
 
 // The other arrays that SceneInput views; they may go away once the scene is made.
