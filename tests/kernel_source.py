@@ -45,7 +45,7 @@ _FUNCTION = re.compile(r'^FN\s+\w+\s+(\w+)\s*\(', re.MULTILINE)
 # From the name to the next function, or to the end.
 _DEFINITION = re.compile(r'^FN\s+\w+\s+(\w+)\s*\((.*?)(?=^FN\b|\Z)', re.DOTALL | re.MULTILINE)
 _REFERENCE = re.compile(r'^BUFFER_(?:REF|RW)\((\w+),\s*(\w+)\)', re.MULTILINE)
-_CONSTANT = re.compile(r'^const uint (\w+) = (\w+?)u;', re.MULTILINE)
+_CONSTANT = re.compile(r'^const uint (\w+) =\s+(\w+?)u;', re.MULTILINE)
 
 _SCALARS = {'float': np.dtype('<f4'), 'uint': np.dtype('<u4'), 'int': np.dtype('<i4')}
 _VECTORS = {'vec': 'float', 'uvec': 'uint', 'ivec': 'int'}
