@@ -86,8 +86,8 @@ const uint SHIFT_NONE = 0u;
 const uint SHIFT_DX = 1u;
 const uint SHIFT_DY = 2u;
 
-// The directions, a footprint long, of the two neighbours: those that Cycles takes, since of heights that are finer than
-// a footprint each direction sees others. They lie square to the normal, the first to (1, 1, 1) as well.
+// The directions, a footprint long, of the two neighbours: those that Cycles takes, since of heights that are finer
+// than a footprint each direction sees others. They lie square to the normal, the first to (1, 1, 1) as well.
 FN void point_differentials(IN(ShaderPoint) at, OUT(vec3) dx, OUT(vec3) dy) {
   const vec3 n = at.ng;
   vec3 across = vec3(n.z - n.y, n.x - n.z, n.y - n.x);
