@@ -94,10 +94,27 @@ FN void path_counts(IN(PathState) path, INOUT(ShaderPoint) at) {
   at.transmission_bounces = path.transmission_bounces;
 }
 
+// By how much the path's ray widens a metre on. Rays of the camera are narrower where they lean from its axis: fine
+// heights under a bump map show a thousandth of it. After a bounce nothing does, and the middle of the picture counts.
+FN float path_spread(IN(SceneData) scene, IN(PathState) path, vec3 wo) {
+  const float width = scene.camera_spread;
+  if (path.bounce != 0u || scene.camera_orthographic != 0u) return width;
+  const ObjectSpace space = scene.camera_space;
+  const vec3 d = -vec3(dot(vec3(space.x.x, space.x.y, space.x.z), wo), dot(vec3(space.y.x, space.y.y, space.y.z), wo),
+                       dot(vec3(space.z.x, space.z.y, space.z.z), wo));
+  if (!(d.z > 1e-3f)) return width;
+  const vec3 middle = d * (1.0f / d.z);
+  float len;
+  const vec3 n = safe_normalize(middle, len);
+  const vec3 x = safe_normalize(middle + vec3(width, 0.0f, 0.0f), len) - n;
+  const vec3 y = safe_normalize(middle + vec3(0.0f, width, 0.0f), len) - n;
+  return 0.5f * (sqrt(dot(x, x)) + sqrt(dot(y, y)));
+}
+
 // The point of a surface that a path's ray met after t metres, as shaders see it.
 FN ShaderPoint path_point(IN(SceneData) scene, IN(PathState) path, IN(Surface) s, vec3 wo, float t) {
   ShaderPoint at = shader_point(s, wo, t);
-  const float spread = scene.camera_spread * select(scene.camera_orthographic != 0u, 1.0f, t);
+  const float spread = path_spread(scene, path, wo) * select(scene.camera_orthographic != 0u, 1.0f, t);
   at.footprint = path.footprint + spread;
   path_counts(path, at);
   return at;
@@ -369,8 +386,8 @@ FN bool path_sample_emitter(IN(SceneData) scene, IN(PathState) path, IN(Surface)
 }
 
 // A ray grows no narrower on its way.
-FN void path_leave(IN(SceneData) scene, INOUT(PathState) path, IN(Surface) s) {
-  if (scene.camera_orthographic == 0u) path.footprint += scene.camera_spread * s.t;
+FN void path_leave(IN(SceneData) scene, float spread, INOUT(PathState) path, IN(Surface) s) {
+  if (scene.camera_orthographic == 0u) path.footprint += spread * s.t;
   path.vertex += 1u;
 }
 
@@ -407,7 +424,7 @@ FN bool path_advance(IN(SceneData) scene, IN(IntegratorData) integrator, INOUT(P
     path.throughput = path.throughput / survival;
   }
   origin = surface_ray_origin(s.p, s.ng, s.epsilon, b.wi);
-  path_leave(scene, path, s);
+  path_leave(scene, scene.camera_spread, path, s);
   path.passed = 0.0f;
   return max_component(path.throughput) > 0.0f;
 }
@@ -417,7 +434,7 @@ FN bool path_pass(IN(SceneData) scene, INOUT(PathState) path, IN(Surface) s, vec
   origin = surface_ray_origin(s.p, s.ng, s.epsilon, -wo);
   path.passed += s.t;
   path.transparent_bounces += 1u;
-  path_leave(scene, path, s);
+  path_leave(scene, path_spread(scene, path, wo), path, s);
   return max_component(path.throughput) > 0.0f;
 }
 

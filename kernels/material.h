@@ -64,6 +64,7 @@ struct SurfacePick {
   uint constants;
   vec3 weight;  // over the probability with which it was drawn
   float u;      // what is left of the random number
+  uint own_normal;  // 1: the normal is the surface's own, bent as it is
 };
 
 FN float closure_share(vec3 weight) { return (max(weight.x, 0.0f) + max(weight.y, 0.0f) + max(weight.z, 0.0f)); }
@@ -73,6 +74,7 @@ FN SurfacePick surface_draw(IN(SceneData) scene, IN(MaterialProgram) program, fl
   SurfacePick pick;
   pick.kind = CLOSURE_HOLDOUT;
   pick.mode = 0u;
+  pick.own_normal = 0u;
   pick.arguments = 0u;
   pick.constants = program.constants;
   pick.weight = vec3(0.0f);
@@ -87,7 +89,8 @@ FN SurfacePick surface_draw(IN(SceneData) scene, IN(MaterialProgram) program, fl
     if (u < chance) {
       u = u / chance;
       pick.kind = row.kind;
-      pick.mode = row.mode;
+      pick.mode = row.mode & ~CLOSURE_OWN_NORMAL;
+      pick.own_normal = select((row.mode & CLOSURE_OWN_NORMAL) != 0u, 1u, 0u);
       pick.arguments = row.arguments;
       pick.weight = max(weight, vec3(0.0f));
     } else {

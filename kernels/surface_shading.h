@@ -193,7 +193,8 @@ FN void surface_take(IN(SceneData) scene, IN(MaterialProgram) program, IN(Shader
     }
   }
   if (!picked) bsdf_prepare(scene, shading.material, s.n, s.ng, at.wo, bsdf);
-  bsdf.n_smooth = smooth_normal;
+  // What a displacement bends is the surface itself, which hides no light from itself for that (Cycles).
+  bsdf.n_smooth = select(pick.own_normal != 0u, s.n, smooth_normal);
   if (pick.kind == CLOSURE_TRANSPARENT) bsdf.lobes = BSDF_THROUGH;
 }
 

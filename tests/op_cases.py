@@ -294,7 +294,7 @@ def _black_and_white(node: Any) -> None:
 def _bricks() -> list[Case]:
     cases = []
     sockets = 'Vector|Scale|Mortar Size|Mortar Smooth|Bias|Brick Width|Row Height||'
-    for offset, every, squash, squash_every in ((0.5, 2, 1.0, 2), (0.3, 3, 0.6, 2), (0.0, 1, 1.7, 4)):
+    for offset, every, squash, squash_every in ((0.5, 2, 1.0, 2), (0.3, 3, 0.6, 2), (0.0, 1, 1.7, 4), (0.5, 1, 0.0, 2)):
         values = {'offset': offset, 'offset_frequency': every, 'squash': squash, 'squash_frequency': squash_every}
         ranges: dict[int, Range] = {
             0: (-2.0, 2.0), 1: (1.0, 6.0), 2: lambda rng, n: rng.choice([0, 0.02, 0.1], n),

@@ -83,6 +83,41 @@ def add(first: Surface, second: Surface) -> Surface:
     return made
 
 
+def waves(tree: bpy.types.NodeTree, scale: float) -> bpy.types.NodeSocket:
+    found = node(tree, 'TexWave')
+    found.inputs['Scale'].default_value = scale
+    tree.links.new(node(tree, 'TexCoord').outputs['Object'], found.inputs['Vector'])
+    return found.outputs['Fac']
+
+
+def bumped(scale: float, kind: str, **values: object) -> Surface:
+    """A node whose normal is bent by waves."""
+
+    def made(tree: bpy.types.NodeTree) -> bpy.types.NodeSocket:
+        socket = bsdf(kind, **values)(tree)
+        bump = node(tree, 'Bump')
+        bump.inputs['Distance'].default_value = 0.02
+        tree.links.new(waves(tree, scale), bump.inputs['Height'])
+        tree.links.new(bump.outputs['Normal'], socket.node.inputs['Normal'])
+        return socket
+
+    return made
+
+
+def displaced(scale: float, height: float, surface: Surface) -> Surface:
+    """A surface that waves displace, which is a bump map of its own."""
+
+    def made(tree: bpy.types.NodeTree) -> bpy.types.NodeSocket:
+        displacement = node(tree, 'Displacement')
+        displacement.inputs['Scale'].default_value = height
+        tree.links.new(waves(tree, scale), displacement.inputs['Height'])
+        output = tree.get_output_node('CYCLES')
+        tree.links.new(displacement.outputs['Displacement'], output.inputs['Displacement'])
+        return surface(tree)
+
+    return made
+
+
 def backfacing(tree: bpy.types.NodeTree) -> bpy.types.NodeSocket:
     return node(tree, 'NewGeometry').outputs['Backfacing']
 
@@ -127,6 +162,10 @@ SURFACES: dict[str, Surface] = {
     'mix by Fresnel': mix(bsdf('Fresnel'), DIFFUSE, GLOSSY),
     'mix by Layer Weight': mix(bsdf('LayerWeight', Blend=0.4), principled(), bsdf('BsdfSheen')),
     'mix by backfacing': mix(backfacing, bsdf('BsdfTransparent', Color=RED_GLASS), DIFFUSE),
+    'bump, fine': bumped(150.0, 'BsdfDiffuse', Color=BLUE),
+    'displacement, fine': displaced(150.0, 0.02, GLOSSY),
+    'displacement, steep': displaced(3.0, 1.0, DIFFUSE),
+    'displacement, steep, of cloth': displaced(3.0, 1.0, bsdf('BsdfSheen', distribution='ASHIKHMIN')),
     'add': add(DIFFUSE, bsdf('Emission', Color=RED_GLASS, Strength=0.5)),
     'add of glossy and transparent': add(bsdf('BsdfAnisotropic', Color=BLUE, Roughness=0.4), bsdf('BsdfTransparent')),
 }
@@ -177,7 +216,8 @@ def scene_of(surface: Surface, sky: Surface | None = None) -> bpy.types.Scene:
     compat.principled(material)
     tree = material.node_tree
     tree.nodes.clear()
-    tree.links.new(surface(tree), node(tree, 'OutputMaterial').inputs['Surface'])
+    output = node(tree, 'OutputMaterial')
+    tree.links.new(surface(tree), output.inputs['Surface'])
     sphere.data.materials.append(material)
 
     build.light(scene, 'SUN', energy=2.0, angle=0.3).rotation_euler = (0.6, 0.3, 0.0)

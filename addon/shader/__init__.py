@@ -69,7 +69,7 @@ def _read_output(reader: Reader, owner: bpy.types.ID, warn: Callable[[str], None
     sockets = {socket.identifier: socket for socket in reader.feeds.output.inputs}
     displacement = sockets.get('Displacement')
     if displacement is not None and displacement.enabled:
-        reader.normal = bump.displaced_normal(reader, displacement)
+        reader.normal = reader.builder.own_normal = bump.displaced_normal(reader, displacement)
         if reader.normal is not None and owner.displacement_method != 'BUMP':
             warn('displacement is not supported yet: it is a bump map')
     volume = sockets.get('Volume')

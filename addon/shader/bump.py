@@ -22,6 +22,10 @@ NORMAL_TO_OBJECT = 2 | 0 << 2 | 1 << 4
 VECTOR_TO_WORLD = 0 | 1 << 2 | 0 << 4
 
 
+# How wide the steps of a displacement are that is a bump map, in pixels: the default of Bump nodes, as in Cycles.
+DISPLACEMENT_WIDTH = float(np.float16(0.1))
+
+
 def _steps(width: float) -> tuple[Shift, Shift, Shift]:
     return HERE, (1, width), (2, width)
 
@@ -112,14 +116,15 @@ def displaced_normal(reader: Reader, socket: bpy.types.NodeSocket) -> Ref | None
     label, builder.label = builder.label, 'Displacement'
     normal = builder.emit('normal')
     heights = []
-    for shift in _steps(1.0):
+    for shift in _steps(DISPLACEMENT_WIDTH):
         way = reader.arriving(socket, (), shift, True)
         if way is None:
             builder.label = label
             return None
         heights.append(builder.emit('vector_math_f', way, normal, zero, zero, mode=VECTOR_DOT))
-    one = builder.constant(1.0)
-    bent = builder.emit('bump', *heights, one, one, normal)
+    # Differences of heights are that much smaller than those a whole pixel aside.
+    distance = builder.constant(1.0 / DISPLACEMENT_WIDTH)
+    bent = builder.emit('bump', *heights, builder.constant(1.0), distance, normal)
     builder.label = label
     reader.forget()
     return bent

@@ -68,12 +68,29 @@ class Draft:
         return self.shader
 
 
+# Where the normal stands among the arguments of closures, and the bit of their modes that tells that it is the
+# surface's own, bent by a displacement.
+NORMALS = {
+    'translucent': 1,
+    'diffuse': 2,
+    'sheen': 2,
+    'glass': 3,
+    'refraction': 3,
+    'toon': 3,
+    'glossy': 4,
+    'principled': 4,
+    'metallic': 7,
+}
+OWN_NORMAL = 1 << 16
+
+
 @dataclass(slots=True)
 class Builder:
     """Gathers the ops, constants, tables and closures of one shader."""
 
     tables: Tables
     label: str = ''  # of the node that is read at present
+    own_normal: Ref | None = None  # the surface's normal, where a displacement bends it
     _ops: list[int] = field(default_factory=list)
     _modes: list[int] = field(default_factory=list)
     _args: list[int] = field(default_factory=list)
@@ -140,6 +157,9 @@ class Builder:
     def closure(self, name: str, weight: Ref, *args: Ref, mode: int = 0) -> None:
         kind = self.tables.closures[name]
         assert len(args) == len(kind.arguments), f'{name} takes {kind.arguments}'
+        place = NORMALS.get(name)
+        if place is not None and args[place] == self.own_normal:
+            mode |= OWN_NORMAL
         self._closures.append((kind.number, mode, weight, args))
         self._closure_labels.append(self.label)
 

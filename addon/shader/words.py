@@ -17,7 +17,7 @@ from .closures import DISTRIBUTIONS
 from .nodes_input import FALLOFF, LIGHT_PATH, OBJECT_F, PARTICLE_F, PARTICLE_V
 from .nodes_texture import GABOR_OUTPUTS, NOISE_TYPES
 from .reader import enum_numbers
-from .tree import SHIFT_BIT
+from .tree import OWN_NORMAL, SHIFT_BIT
 
 # The arguments of ops by name, in order; '' is never told.
 ARGUMENTS = {
@@ -366,6 +366,7 @@ def _dimensions(mode: int) -> frozenset[str]:
 
 def closure_words(name: str, mode: int) -> str:
     """A closure and its mode, such as 'glossy MULTI_GGX'."""
+    mode &= ~OWN_NORMAL
     match name:
         case 'glossy' | 'glass' | 'refraction':
             return f'{name} {DISTRIBUTIONS[mode]}'

@@ -26,6 +26,8 @@ const uint CLOSURE_KINDS = 12u;
 
 const uint METALLIC_CONDUCTOR = 256u;  // bit of the mode of CLOSURE_METALLIC: index of refraction and extinction
 const uint PRINCIPLED_MULTI_GGX = 1u;  // mode of CLOSURE_PRINCIPLED
+// Bit of the mode of any closure: its normal is the surface's own, which a displacement has bent.
+const uint CLOSURE_OWN_NORMAL = 1u << 16;
 
 // Arguments of CLOSURE_PRINCIPLED, by their place.
 const uint PRINCIPLED_BASE = 0u;

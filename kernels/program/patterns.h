@@ -174,9 +174,12 @@ FN vec3 op_brick_f(uint mode, vec3 vector, float scale, float mortar_size, float
   const float x = (p.x + shift) - length_x * float(column);
   const float y = p.y - height * float(row);
   const float tint = saturate(brick_random((uint(row) << 16) + (uint(column) & 65535u)) + bias);
-  const float border = min(min(x, y), min(length_x - x, height - y));
+  // Of bricks without a length, only the joints between rows count; rows without a height are mortar (as Cycles).
+  const float along = length_x == 0.0f ? LARGEST_INT_FLOAT : min(x, length_x - x);
+  const float border = height == 0.0f ? -LARGEST_INT_FLOAT : min(along, min(y, height - y));
   const float depth = 1.0f - safe_divide(border, mortar_size);
-  const float soft = mortar_smooth == 0.0f ? 1.0f : smoothstep01(safe_divide(depth, mortar_smooth));
+  const bool hard = mortar_smooth == 0.0f || mortar_size == 0.0f;
+  const float soft = hard ? 1.0f : smoothstep01(safe_divide(depth, mortar_smooth));
   return vec3(select(border >= mortar_size, 0.0f, soft), tint, 0.0f);
 }
 

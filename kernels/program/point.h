@@ -86,11 +86,16 @@ const uint SHIFT_NONE = 0u;
 const uint SHIFT_DX = 1u;
 const uint SHIFT_DY = 2u;
 
-// The directions, a footprint long, of the two neighbours.
+// The directions, a footprint long, of the two neighbours: those that Cycles takes, since of heights that are finer
+// than a footprint each direction sees others. They lie square to the normal, the first to (1, 1, 1) as well.
 FN void point_differentials(IN(ShaderPoint) at, OUT(vec3) dx, OUT(vec3) dy) {
-  orthonormal_basis(at.ng, dx, dy);
-  dx *= at.footprint;
-  dy *= at.footprint;
+  const vec3 n = at.ng;
+  vec3 across = vec3(n.z - n.y, n.x - n.z, n.y - n.x);
+  if (n.x == n.y && n.x == n.z) across = vec3(n.z - n.y, n.x + n.z, -n.y - n.x);
+  float len;
+  across = safe_normalize(across, len);
+  dx = across * at.footprint;
+  dy = cross(n, across) * at.footprint;
 }
 
 FN vec3 triangle_corner(IN(SceneData) scene, IN(Instance) instance, uint vertex) {
