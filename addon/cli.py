@@ -80,37 +80,23 @@ def parser() -> argparse.ArgumentParser:
     line.add_argument('--frame', type=frames, metavar='N|A..B', help="a frame or a range (default: the file's frame)")
     line.add_argument('--samples', type=whole(1, choices.SAMPLES_MAX), metavar='N', help='rays for each pixel')
     line.add_argument('--seed', type=whole(0, choices.SEED_MAX), metavar='N')
-    names = [identifier for identifier, _, _ in choices.INTEGRATORS]
-    line.add_argument(
-        '--integrator',
-        type=str.upper,
-        choices=names,
-        metavar='NAME',
-        help=f"{', '.join(names).lower()} (default: the file's; path where it was never set)",
-    )
-    models = [identifier for identifier, _, _ in choices.MODELS]
-    line.add_argument(
-        '--model',
-        type=str.upper,
-        choices=models,
-        metavar='NAME',
-        help=f'render all materials with one reflection model: {", ".join(models).lower()}',
-    )
+    one_of(line, '--integrator', choices.INTEGRATORS, "{} (default: the file's; path where it was never set)")
+    one_of(line, '--model', choices.MODELS, 'render all materials with one reflection model: {}')
     devices = ', '.join(identifier.lower() for identifier, _, _ in choices.DEVICES)
     line.add_argument('--device', type=device, metavar='NAME', help=f'{devices}; vulkan:1 for the second graphics card')
-    tracings = [identifier for identifier, _, _ in choices.RAY_TRACINGS]
-    line.add_argument(
-        '--ray-tracing',
-        type=str.upper,
-        choices=tracings,
-        metavar='NAME',
-        help=f'on a graphics card: {", ".join(tracings).lower()}',
-    )
+    one_of(line, '--ray-tracing', choices.RAY_TRACINGS, 'on a graphics card: {}')
     line.add_argument('--threads', type=whole(0, choices.THREADS_MAX), metavar='N', help='0 for all processor cores')
     line.add_argument('--size', type=size, metavar='WxH', help='in pixels')
     line.add_argument('--stats', type=Path, metavar='FILE.json', help='write times, rays, memory and warnings there')
     explain.add_command(commands)
     return top
+
+
+def one_of(line: argparse.ArgumentParser, option: str, items: Sequence[tuple[str, str, str]], text: str) -> None:
+    """Adds an option that takes the identifier of one of these, in any case; text: its help, {} where they stand."""
+    names = [identifier for identifier, _, _ in items]
+    told = text.format(', '.join(names).lower())
+    line.add_argument(option, type=str.upper, choices=names, metavar='NAME', help=told)
 
 
 def whole(lowest: int, highest: int) -> Any:

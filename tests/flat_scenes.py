@@ -85,13 +85,15 @@ def shown(engine: str, folder: Path) -> tuple[np.ndarray, list[str]]:
     return color, warnings
 
 
-def assert_as_cycles(folder: Path, tolerance: float = 2e-3) -> None:
-    """tolerance: half floats and bytes on the way. Cotorra has nothing to say, either."""
+def assert_as_cycles(folder: Path, tolerance: float = 2e-3, which: str = '') -> tuple[float, ...]:
+    """Returns the colour. tolerance: half floats and bytes on the way. Cotorra has nothing to say, either."""
     mine, warnings = shown('COTORRA', folder)
     theirs, _ = shown('CYCLES', folder)
-    assert not warnings
+    assert not warnings, which
     # Surfaces that take light away are another matter than what feeds them.
-    np.testing.assert_allclose(np.maximum(mine, 0.0), np.maximum(theirs, 0.0), rtol=tolerance, atol=tolerance)
+    mine, theirs = np.maximum(mine, 0.0), np.maximum(theirs, 0.0)
+    np.testing.assert_allclose(mine, theirs, rtol=tolerance, atol=tolerance, err_msg=which)
+    return tuple(theirs)
 
 
 def group(

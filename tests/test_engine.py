@@ -326,20 +326,12 @@ def test_the_shader_editor_offers_blenders_nodes():
 
 
 def test_the_compositor_gets_the_image(scene, tmp_path):
-    if hasattr(scene, 'compositing_node_group'):
-        tree = scene.compositing_node_group = bpy.data.node_groups.new('Compositing', 'CompositorNodeTree')
-        tree.interface.new_socket('Image', in_out='OUTPUT', socket_type='NodeSocketColor')
-        output = tree.nodes.new('NodeGroupOutput')
-    else:
-        scene.use_nodes = True
-        tree = scene.node_tree
-        tree.nodes.clear()
-        output = tree.nodes.new('CompositorNodeComposite')
-    layer = tree.nodes.new('CompositorNodeRLayers')
-    layer.scene = scene
+    layers = build.compositor(scene)
+    layers.scene = scene
+    tree = layers.id_data
     inverted = tree.nodes.new('CompositorNodeInvert')
-    tree.links.new(layer.outputs['Image'], inverted.inputs['Color'])
-    tree.links.new(inverted.outputs['Color'], output.inputs[0])
+    tree.links.new(inverted.outputs['Color'], tree.links[0].to_socket)
+    tree.links.new(layers.outputs['Image'], inverted.inputs['Color'])
     found = read_exr(render_to(scene, tmp_path / 'inverted.exr'))['']['R']
     assert found[-1, 0] == 1.0 and found[0, 0] == 0.5
 

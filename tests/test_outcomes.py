@@ -11,7 +11,7 @@ import json
 import bpy
 import OpenImageIO as oiio
 import pytest
-from cotorra import cli, compat, terminal
+from cotorra import cli, terminal
 
 from render_calls import run_cli
 from scenes import build
@@ -36,30 +36,13 @@ def rendered(tmp_path, name='o.exr', *arguments, fake=''):
     return code, told, found
 
 
-def composite(scene):
-    """A compositor that hands on what its first node gives, in Blender 4.5 and 5.2."""
-    if bpy.app.version >= (5, 0, 0):
-        tree = scene.compositing_node_group = bpy.data.node_groups.new('Comp', 'CompositorNodeTree')
-        tree.interface.new_socket('Image', in_out='OUTPUT', socket_type='NodeSocketColor')
-        end = tree.nodes.new('NodeGroupOutput')
-    else:
-        scene.use_nodes = True
-        tree = scene.node_tree
-        tree.nodes.clear()
-        end = tree.nodes.new('CompositorNodeComposite')
-    layers = tree.nodes.new('CompositorNodeRLayers')
-    tree.links.new(layers.outputs['Image'], end.inputs[0])
-    assert compat.compositing_tree(scene) == tree
-    return layers
-
-
 @pytest.mark.parametrize('on', [True, False])
 def test_compositing_of_another_scene_alone(scene, tmp_path, on):
     other = bpy.data.scenes.new('Other')
     other.camera = scene.camera
     other.collection.objects.link(scene.camera)
     other.render.resolution_x = other.render.resolution_y = 8
-    node = composite(scene)
+    node = build.compositor(scene)
     node.scene, node.layer = other, other.view_layers[0].name
     scene.view_layers[0].use = False
     other.view_layers[0].use = on

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import bpy
 
-from .panel import CotorraPanel, light_group, node_input, split_layout
+from .panel import CotorraPanel, HeadingPanel, light_group, node_input, split_layout
 
 GEOMETRY_TYPES = {'MESH', 'CURVE', 'SURFACE', 'FONT', 'META', 'CURVES', 'POINTCLOUD', 'VOLUME'}
 
@@ -155,7 +155,7 @@ class COTORRA_WORLD_PT_ray_visibility(CotorraPanel, bpy.types.Panel):
             layout.prop(visibility, name)
 
 
-class COTORRA_WORLD_PT_settings(CotorraPanel, bpy.types.Panel):
+class COTORRA_WORLD_PT_settings(HeadingPanel, bpy.types.Panel):
     bl_label = 'Settings'
     bl_context = 'world'
     bl_options = {'DEFAULT_CLOSED'}
@@ -163,9 +163,6 @@ class COTORRA_WORLD_PT_settings(CotorraPanel, bpy.types.Panel):
     @classmethod
     def poll(cls, context):
         return context.world is not None and super().poll(context)
-
-    def draw(self, context):
-        pass
 
 
 class COTORRA_WORLD_PT_light_group(CotorraPanel, bpy.types.Panel):

@@ -9,7 +9,7 @@ from __future__ import annotations
 import bpy
 
 from .. import cycles_settings
-from .panel import CotorraPanel, split_layout, wrapped
+from .panel import CotorraPanel, HeadingPanel, split_layout, wrapped
 
 
 class COTORRA_RENDER_PT_integrator(CotorraPanel, bpy.types.Panel):
@@ -31,12 +31,9 @@ class BouncesPanel(CotorraPanel):
         return super().poll(context) and context.scene.cotorra.integrator in BOUNCES
 
 
-class COTORRA_RENDER_PT_light_paths(BouncesPanel, bpy.types.Panel):
+class COTORRA_RENDER_PT_light_paths(BouncesPanel, HeadingPanel, bpy.types.Panel):
     bl_label = 'Light Paths'
     bl_options = {'DEFAULT_CLOSED'}
-
-    def draw(self, context):
-        pass
 
 
 class COTORRA_RENDER_PT_light_paths_max_bounces(BouncesPanel, bpy.types.Panel):

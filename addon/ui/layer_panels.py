@@ -10,7 +10,7 @@ import bpy
 from bl_ui.properties_view_layer import ViewLayerLightgroupsPanelHelper
 
 from ..choices import ENGINE
-from .panel import CotorraPanel, split_layout
+from .panel import CotorraPanel, HeadingPanel, split_layout
 
 
 class COTORRA_VIEWLAYER_PT_override(CotorraPanel, bpy.types.Panel):
@@ -27,12 +27,9 @@ class COTORRA_VIEWLAYER_PT_override(CotorraPanel, bpy.types.Panel):
         layout.prop(layer, 'samples')
 
 
-class COTORRA_VIEWLAYER_PT_passes(CotorraPanel, bpy.types.Panel):
+class COTORRA_VIEWLAYER_PT_passes(HeadingPanel, bpy.types.Panel):
     bl_label = 'Passes'
     bl_context = 'view_layer'
-
-    def draw(self, context):
-        pass
 
 
 class COTORRA_VIEWLAYER_PT_passes_data(CotorraPanel, bpy.types.Panel):

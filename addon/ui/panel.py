@@ -26,6 +26,13 @@ class CotorraPanel:
         return context.engine in cls.COMPAT_ENGINES
 
 
+class HeadingPanel(CotorraPanel):
+    """Nothing but a heading: what stands below it are panels of their own."""
+
+    def draw(self, context):
+        pass
+
+
 def split_layout(panel: bpy.types.Panel) -> bpy.types.UILayout:
     """The panel's layout with names to the left of their values."""
     layout = panel.layout

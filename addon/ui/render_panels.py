@@ -11,7 +11,7 @@ from bl_ui.properties_grease_pencil_common import GreasePencilSimplifyPanel
 
 from .. import devices, native, stats
 from ..choices import ENGINE
-from .panel import CotorraPanel, split_layout, wrapped
+from .panel import CotorraPanel, HeadingPanel, split_layout, wrapped
 
 SHOWN_WARNINGS = 20
 
@@ -144,12 +144,9 @@ class COTORRA_RENDER_PT_film_pixel_filter(CotorraPanel, bpy.types.Panel):
         split_layout(self).prop(context.scene.cycles, 'filter_width', text='Width')
 
 
-class COTORRA_RENDER_PT_performance(CotorraPanel, bpy.types.Panel):
+class COTORRA_RENDER_PT_performance(HeadingPanel, bpy.types.Panel):
     bl_label = 'Performance'
     bl_options = {'DEFAULT_CLOSED'}
-
-    def draw(self, context):
-        pass
 
 
 class COTORRA_RENDER_PT_performance_threads(CotorraPanel, bpy.types.Panel):
@@ -205,16 +202,21 @@ class COTORRA_RENDER_PT_simplify(CotorraPanel, bpy.types.Panel):
             layout.prop(render, 'use_simplify_normals', text='Normals')
 
 
+def draw_limits(panel, context, suffix):
+    """Of the viewport, or of renders, whose properties' names end so."""
+    layout = split_layout(panel)
+    render = context.scene.render
+    layout.active = render.use_simplify
+    layout.prop(render, f'simplify_subdivision{suffix}', text='Max Subdivision')
+    layout.prop(render, f'simplify_child_particles{suffix}', text='Max Child Particles')
+
+
 class COTORRA_RENDER_PT_simplify_viewport(CotorraPanel, bpy.types.Panel):
     bl_label = 'Viewport'
     bl_parent_id = 'COTORRA_RENDER_PT_simplify'
 
     def draw(self, context):
-        layout = split_layout(self)
-        render = context.scene.render
-        layout.active = render.use_simplify
-        layout.prop(render, 'simplify_subdivision', text='Max Subdivision')
-        layout.prop(render, 'simplify_child_particles', text='Max Child Particles')
+        draw_limits(self, context, '')
 
 
 class COTORRA_RENDER_PT_simplify_render(CotorraPanel, bpy.types.Panel):
@@ -222,11 +224,7 @@ class COTORRA_RENDER_PT_simplify_render(CotorraPanel, bpy.types.Panel):
     bl_parent_id = 'COTORRA_RENDER_PT_simplify'
 
     def draw(self, context):
-        layout = split_layout(self)
-        render = context.scene.render
-        layout.active = render.use_simplify
-        layout.prop(render, 'simplify_subdivision_render', text='Max Subdivision')
-        layout.prop(render, 'simplify_child_particles_render', text='Max Child Particles')
+        draw_limits(self, context, '_render')
 
 
 class COTORRA_RENDER_PT_simplify_greasepencil(CotorraPanel, GreasePencilSimplifyPanel, bpy.types.Panel):

@@ -11,6 +11,7 @@ from typing import Any
 
 import bpy
 import numpy as np
+from cotorra import compat
 
 QUAD = [(-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0)]
 
@@ -161,3 +162,20 @@ def geometry_nodes(target: bpy.types.Object, build: Callable[[bpy.types.NodeTree
     build(tree)
     target.modifiers.new('Nodes', 'NODES').node_group = tree
     return tree
+
+
+def compositor(scene: bpy.types.Scene) -> bpy.types.Node:
+    """Gives the scene a compositor that hands on the image of a node with render layers, which is returned."""
+    if bpy.app.version >= (5, 0, 0):
+        tree = scene.compositing_node_group = bpy.data.node_groups.new('Compositing', 'CompositorNodeTree')
+        tree.interface.new_socket('Image', in_out='OUTPUT', socket_type='NodeSocketColor')
+        end = tree.nodes.new('NodeGroupOutput')
+    else:
+        scene.use_nodes = True
+        tree = scene.node_tree
+        tree.nodes.clear()
+        end = tree.nodes.new('CompositorNodeComposite')
+    layers = tree.nodes.new('CompositorNodeRLayers')
+    tree.links.new(layers.outputs['Image'], end.inputs[0])
+    assert compat.compositing_tree(scene) == tree
+    return layers
