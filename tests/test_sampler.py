@@ -143,6 +143,17 @@ def test_scrambling_differs_from_seed_to_seed() -> None:
     assert np.abs(correlation).max() < 5.0 / np.sqrt(len(drawn))
 
 
+def test_the_axes_are_scrambled_independently() -> None:
+    """Both numbers of a point share k digits as often as independent ones, for one point in 2^k. With one seed for both
+    axes they would share those that Sobol's points share: in some nets often, in all others never."""
+    nets, size = 64, 1 << 14
+    drawn = [(points(size, pair, bits=14) * 2.0**32).astype(np.uint64) for pair in range(nets)]
+    shared = shared_digits(*np.concatenate(drawn).T)
+    for k in range(1, 14):
+        expected = nets * size / 2**k
+        assert abs((shared >= k).sum() - expected) < 5.0 * np.sqrt(expected), f'{k} digits'
+
+
 def test_numbers_are_uniform_from_pixel_to_pixel() -> None:
     """With one sample a pixel, over pairs: no corner of the square is missed."""
     found = np.concatenate([points(1, pair, (x, x // 3)) for pair in range(60) for x in range(60)])
