@@ -240,6 +240,12 @@ def test_driver_that_gives_no_number() -> None:
     assert found.warnings == ['Material "Driven": node "Principled BSDF": Roughness is not a finite number: 0 is used']
 
 
+def test_number_that_is_too_large_is_told_in_words() -> None:
+    build.new_scene()
+    _, warnings = shown(build.material('Bright', **{'Base Color': (3e38, 1.0, 1.0, 1.0)}))
+    assert warnings == ['Material "Bright": base color is beyond what can be rendered; 1e+15 is used']
+
+
 # ---- Other shaders, and sums of them.
 
 

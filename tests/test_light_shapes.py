@@ -298,7 +298,8 @@ def test_a_setting_that_is_no_number_is_told(name, scene, tmp_path):
     obj.location = (0.0, 0.0, 1.5)
     found, _ = rendered(scene, tmp_path)
     assert np.isfinite(found).all() and found.max() > 0.0
-    assert any('Light "Spot"' in text and 'not a finite number' in text for text in warnings(scene))
+    words = name.replace('_', ' ').replace('c1', 'polynomial')
+    assert any(f'Light "Spot": {words} is not a finite number' in text for text in warnings(scene))
 
 
 @pytest.mark.parametrize('radius', [0.0, 0.2])

@@ -57,11 +57,12 @@ def read_beam(light: bpy.types.Light, name: str, log: Log) -> Beam | None:
         if own.inner_angle > own.outer_angle:
             log.warning(f'Light "{name}": its inner angle is beyond the outer one: the outer one is used for both')
     for field, value in list(used.items()):
+        words = field.replace('_', ' ')
         if not np.isfinite(value).all():
-            log.warning(f'Light "{name}": {field} is not a finite number: Blender\'s falloff and edge are used')
+            log.warning(f'Light "{name}": {words} is not a finite number: Blender\'s falloff and edge are used')
             return BLENDERS_OWN
         if np.max(value) > bounds.LARGEST:
-            log.warning(f'Light "{name}": {field} is beyond what can be rendered; {bounds.LARGEST:g} is used')
+            log.warning(f'Light "{name}": {words} is beyond what can be rendered; {bounds.LARGEST:g} is used')
             used[field] = value = (
                 tuple(np.minimum(value, bounds.LARGEST)) if isinstance(value, tuple) else bounds.LARGEST
             )

@@ -52,7 +52,11 @@ def color(values: Sequence[float], default: Sequence[float], what: str, warn: Wa
 
 
 def column(values: np.ndarray, default: object, what: str, warn: Callable[[int, str], None]) -> None:
-    """As `number` for an array (N, ...) in place: what is not finite becomes `default`; `warn` gets the row, too."""
+    """As `number` for an array (N, ...) in place: what is not finite becomes `default`; `warn` gets the row, too.
+
+    what: its field's name, which is told as words.
+    """
+    what = what.replace('_', ' ')
     flat = values.reshape(len(values), -1)
     finite = np.isfinite(flat).all(axis=1)
     for row in np.flatnonzero(~finite):
