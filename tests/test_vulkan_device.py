@@ -135,6 +135,7 @@ def test_adaptive_sampling_stops_at_the_same_pixels(module: ModuleType, tracing:
     counts = cpu['sample_count']
     assert counts.min() < counts.max(), 'nothing was adaptive'
     compare(counts, gpu['sample_count'], job.fragile('sample_count'), 'sample_count')
+    assert (counts == gpu['sample_count']).mean() > 0.98
 
 
 def test_out_of_memory_says_how_much(module: ModuleType, tracing: str, monkeypatch: pytest.MonkeyPatch) -> None:

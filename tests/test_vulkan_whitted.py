@@ -45,13 +45,14 @@ def table(module: ModuleType, size: tuple[int, int] = (64, 48), **settings: Any)
     return Job(module, buffers, view, RenderSettings(**chosen))
 
 
-def both(job: Job, rounding: float = ROUNDING) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
+def both(job: Job, rounding: float = ROUNDING, mean: float = 0.0005) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
     """Renders on both devices and compares; the Vulkan device's passes and figures."""
     cpu, cpu_stats = job.render('CPU')
     gpu, stats = job.render('VULKAN')
     assert 'Whitted' in stats['features']
     for name in job.settings.passes:
         compare(cpu[name], gpu[name], job.fragile(name), name, rounding)
+        assert gpu[name].mean() == pytest.approx(cpu[name].mean(), rel=mean, abs=1e-7), name
     assert stats['samples'] == cpu_stats['samples'] and stats['rejected_samples'] == 0
     for kind, count in cpu_stats['rays'].items():
         assert stats['rays'][kind] == pytest.approx(count, rel=0.005), kind
@@ -106,7 +107,7 @@ def test_textures_and_models(module: ModuleType) -> None:
     for made in bpy.data.materials:
         made.cotorra.kr = 0.3
     job = job_of(module, scene, integrator='WHITTED', whitted_depth=1, **AMBIENT)
-    _, stats = both(job, 3.0 * ROUNDING)
+    _, stats = both(job, 3.0 * ROUNDING, 0.001)
     assert {'textures', 'reflection models'} <= set(stats['features']) and stats['rays']['bounce'] > 0
 
 
@@ -171,6 +172,7 @@ def test_adaptive_sampling_stops_at_the_same_pixels(module: ModuleType) -> None:
     counts = cpu['sample_count']
     assert counts.min() < counts.max(), 'nothing was adaptive'
     compare(counts, gpu['sample_count'], job.fragile('sample_count'), 'sample_count')
+    assert (counts == gpu['sample_count']).mean() > 0.98
 
 
 def test_a_smaller_batch_is_the_same_picture(module: ModuleType, monkeypatch: pytest.MonkeyPatch) -> None:
