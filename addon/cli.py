@@ -66,7 +66,7 @@ def parser() -> argparse.ArgumentParser:
         epilog='demos: ' + '; '.join(f'{name}: {text}' for name, text in choices.DEMOS.items()),
     )
     source = line.add_mutually_exclusive_group(required=True)
-    source.add_argument('file', nargs='?', type=Path, metavar='FILE')
+    source.add_argument('file', nargs='?', type=Path, metavar='FILE', help='what to render')
     source.add_argument('--demo', choices=choices.DEMOS, metavar='NAME', help=', '.join(choices.DEMOS))
     line.add_argument(
         '-o',
@@ -78,8 +78,8 @@ def parser() -> argparse.ArgumentParser:
         'displays it). ### stands for the frame number',
     )
     line.add_argument('--frame', type=frames, metavar='N|A..B', help="a frame or a range (default: the file's frame)")
-    line.add_argument('--samples', type=whole(1, choices.SAMPLES_MAX), metavar='N', help='rays for each pixel')
-    line.add_argument('--seed', type=whole(0, choices.SEED_MAX), metavar='N')
+    line.add_argument('--samples', type=whole(1, choices.SAMPLES_MAX), metavar='N', help='paths for each pixel')
+    line.add_argument('--seed', type=whole(0, choices.SEED_MAX), metavar='N', help='another number, other noise')
     one_of(line, '--integrator', choices.INTEGRATORS, "{} (default: the file's; path where it was never set)")
     one_of(line, '--model', choices.MODELS, 'render all materials with one reflection model: {}')
     devices = ', '.join(identifier.lower() for identifier, _, _ in choices.DEVICES)

@@ -27,7 +27,7 @@ class NativeError(RuntimeError):
 
 
 # Blender loads no native module twice. After an upgrade in a running session it would go on with the old one.
-RESTART = 'Cotorra was updated while Blender was running, which still holds parts of the old version: restart Blender'
+RESTART = 'The engine was updated while Blender was running, which holds parts of the old version: restart Blender'
 
 
 def load() -> ModuleType:

@@ -81,9 +81,11 @@ def collect_wheels(folder: Path, pythons: Sequence[str], old: str | None) -> Non
     with exclusive():
         for python in [sys.executable, old]:
             if python is not None:
+                print(f'extension: building the native module with {python}', file=sys.stderr)
                 pip('wheel', *native, python=python, COTORRA_NATIVE_ONLY='true')
     for wheel in folder.glob('*.whl'):
         name_build(wheel)
+    print(f'extension: fetching Embree for Python {", ".join(pythons)}', file=sys.stderr)
     for version in pythons:
         chosen = ['--only-binary', ':all:', '--python-version', version]
         pip('download', '--no-deps', *chosen, '--dest', str(folder), pinned('embreex'))
