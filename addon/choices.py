@@ -114,6 +114,20 @@ DEMOS = {
     'model_pair': 'a copper vase and a tiled block, textured, each with a reflection model of its own',
 }
 
+# Files of other programs, and the operators of Blender that read them.
+IMPORTERS = {
+    '.glb': 'import_scene.gltf',
+    '.gltf': 'import_scene.gltf',
+    '.usd': 'wm.usd_import',
+    '.usda': 'wm.usd_import',
+    '.usdc': 'wm.usd_import',
+    '.usdz': 'wm.usd_import',
+    '.obj': 'wm.obj_import',
+    '.stl': 'wm.stl_import',
+    '.ply': 'wm.ply_import',
+    '.fbx': 'wm.fbx_import',
+}
+
 SAMPLES_MAX = 2**24
 SEED_MAX = 2**31 - 1  # the largest integer of Blender's properties
 BOUNCES_MAX = 1024

@@ -31,7 +31,6 @@ if TYPE_CHECKING:
     import bpy
 
 FORMATS = {'.exr': 'OPEN_EXR', '.png': 'PNG'}
-IMPORTED = ('.glb', '.gltf', '.usd', '.usda', '.usdc', '.usdz', '.obj', '.stl', '.ply', '.fbx')
 RESOLUTION_MIN = 4  # Blender's
 BLENDER_BYTES = 1300 * 2**20  # of addresses, before a file is opened (measured, 5.2); given less, Blender crashes
 
@@ -61,8 +60,8 @@ def parser() -> argparse.ArgumentParser:
         'render',
         help='render a file or a demo',
         description='Renders the active scene of a .blend file, a file of another program '
-        f'({", ".join(IMPORTED)}), or a demo, with Cotorra. A camera and lights are added to files of other programs '
-        'that have none.',
+        f'({", ".join(choices.IMPORTERS)}), or a demo, with Cotorra. A camera and lights are added to files of other '
+        'programs that have none.',
         epilog='demos: ' + '; '.join(f'{name}: {text}' for name, text in choices.DEMOS.items()),
     )
     source = line.add_mutually_exclusive_group(required=True)
@@ -158,8 +157,8 @@ def render(options: argparse.Namespace, watcher: TerminalWatcher) -> None:
     # Look before Blender is loaded, and long before an image is lost.
     if options.file is not None:
         outputs.require_readable(options.file)
-        if not is_blend(options.file) and options.file.suffix.lower() not in IMPORTED:
-            raise CommandError(f'{options.file}: is none of .blend, {", ".join(IMPORTED)}', WRONG_ARGUMENTS)
+        if not is_blend(options.file) and options.file.suffix.lower() not in choices.IMPORTERS:
+            raise CommandError(f'{options.file}: is none of .blend, {", ".join(choices.IMPORTERS)}', WRONG_ARGUMENTS)
     if options.output.suffix.lower() not in FORMATS:
         raise CommandError(f'{options.output}: the name must end in .exr or .png', WRONG_ARGUMENTS)
     several = len(options.frame or [0]) > 1

@@ -19,23 +19,9 @@ import bpy
 import numpy as np
 from mathutils import Vector
 
-from . import watch
+from . import choices, watch
 from .demos import parts
 from .terminal import CommandError
-
-# What stands for whom: the operator of each format.
-OPERATORS = {
-    'glb': 'import_scene.gltf',
-    'gltf': 'import_scene.gltf',
-    'usd': 'wm.usd_import',
-    'usda': 'wm.usd_import',
-    'usdc': 'wm.usd_import',
-    'usdz': 'wm.usd_import',
-    'obj': 'wm.obj_import',
-    'stl': 'wm.stl_import',
-    'ply': 'wm.ply_import',
-    'fbx': 'wm.fbx_import',
-}
 
 # The picture of a file without a camera is taken from the front, the right and above, as product pictures are.
 VIEW_DIRECTION = (-0.55, 1.0, -0.45)
@@ -63,10 +49,10 @@ def load(path: Path) -> bpy.types.Scene:
     import addon_utils
 
     bpy.ops.wm.read_homefile(use_factory_startup=True, use_empty=True)
-    kind = path.suffix.lower().lstrip('.')
-    if kind in ('glb', 'gltf'):
+    importer = choices.IMPORTERS[path.suffix.lower()]
+    if importer == 'import_scene.gltf':
         addon_utils.enable('io_scene_gltf2')
-    module, name = OPERATORS[kind].split('.')
+    module, name = importer.split('.')
     operator = getattr(getattr(bpy.ops, module), name)
     failure = ''
     plain = _plain(path)
