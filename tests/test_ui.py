@@ -40,7 +40,12 @@ class Layout:
     def row(self, **_options: Any) -> Layout:
         return Layout(self.shown)
 
-    column = row
+    column = box = row
+
+    def operator(self, name: str, text: str = '', **_options: Any) -> None:
+        group, function = name.split('.')
+        assert function in dir(getattr(bpy.ops, group))
+        self.shown.append(text)
 
 
 def window(**context: Any) -> SimpleNamespace:
@@ -88,6 +93,21 @@ def test_a_material_shows_what_its_model_uses(model):
     else:
         assert parameters == wanted
     assert any('a metal looks matt' in text for text in found) == (model in {'LAMBERT', 'OREN_NAYAR', 'TOON'})
+
+
+def test_a_material_tells_the_program_that_it_became():
+    build.new_scene()
+    material = bpy.data.materials.new('Made')
+    if material.node_tree is None:  # before Blender 5
+        material.use_nodes = True
+    tree = material.node_tree
+    noise = build.node(tree, 'TexNoise')
+    build.connect(tree, noise.outputs[0], tree.nodes['Principled BSDF'].inputs['Base Color'])
+    assert drawn('COTORRA_MATERIAL_PT_program', material=material) == ['Show Program']
+    with bpy.context.temp_override(material=material):
+        assert bpy.ops.material.cotorra_explain() == {'FINISHED'}
+    found = drawn('COTORRA_MATERIAL_PT_program', material=material)
+    assert 'noise 3D FBM normalized' in found and any(text.startswith('Surface: ') for text in found)
 
 
 def test_a_model_that_makes_energy_is_told_of():
