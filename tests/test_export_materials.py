@@ -242,8 +242,9 @@ def test_driver_that_gives_no_number() -> None:
 
 def test_number_that_is_too_large_is_told_in_words() -> None:
     build.new_scene()
-    _, warnings = shown(build.material('Bright', **{'Base Color': (3e38, 1.0, 1.0, 1.0)}))
-    assert warnings == ['Material "Bright": base color is beyond what can be rendered; 1e+15 is used']
+    found = shown(build.material('Bright', **{'Base Color': (3e38, 1.0, 1.0, 1.0)}))
+    told = 'node "Principled BSDF": Base Color is beyond what can be rendered: 1e+15 is used'
+    assert found.warnings == [f'Material "Bright": {told}']
 
 
 # ---- Other shaders, and sums of them.
