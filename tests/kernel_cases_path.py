@@ -228,7 +228,8 @@ STAGES = [
         FACING + 'BsdfSample b; bsdf_sample(bsdf, o, choice.x, u, b); onward = state;'
         'advanced = select(path_advance(scene, integrator, onward, s, b, choice.y, start), 1u, 0u); next = state;'
         'goes_on = select(path_bounce(scene, integrator, next, s, bsdf, lobe, o, u, choice, origin, d), 1u, 0u);'
-        'apart = state; path_note_kind(bsdf, lobe, o, wi, apart); left = state; path_leave(scene, left, s);'
+        'apart = state; path_note_kind(bsdf, lobe, o, wi, apart); left = state;'
+        'path_leave(scene, path_spread(scene, left, o), left, s);'
         'through = state;'
         'passes = select(path_pass(scene, through, s, o, beyond), 1u, 0u);',
         {'integrator': INTEGRATOR, 'state': PATH, 's': SURFACE, 'material': MATERIAL, 'wo': WO, 'u': SQUARE}
