@@ -17,7 +17,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from . import choices, outputs, stats, watch
+from . import choices, explain, outputs, stats, watch
 from .terminal import (
     INTERRUPTED,
     WRONG_ARGUMENTS,
@@ -41,7 +41,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     watcher = TerminalWatcher(sys.stderr)
     try:
         with watcher.stopped_by_signals(), watch.attached(watcher):
-            render(options, watcher)
+            if options.command == 'explain':
+                explain.run(options, open_scene, CommandError)
+            else:
+                render(options, watcher)
     except CommandError as error:
         watcher.note(f'cotorra: {error}')
         return error.code
@@ -84,6 +87,7 @@ def parser() -> argparse.ArgumentParser:
     line.add_argument('--threads', type=whole(0, choices.THREADS_MAX), metavar='N', help='0 for all processor cores')
     line.add_argument('--size', type=size, metavar='WxH', help='in pixels')
     line.add_argument('--stats', type=Path, metavar='FILE.json', help='write times, rays, memory and warnings there')
+    explain.add_command(commands)
     return top
 
 

@@ -58,3 +58,17 @@ def background(world: bpy.types.World) -> bpy.types.ShaderNode:
     if bpy.app.version < (5, 0, 0):
         world.use_nodes = True
     return next(node for node in world.node_tree.nodes if node.type == 'BACKGROUND')
+
+
+def inlined(owner: bpy.types.ID) -> object | None:
+    """The node tree of a material, world or light as engines see it; `node_tree` of the result is the tree.
+
+    It lives as long as the result does. None in 4.5, which cannot do so, and where an output is for Cycles alone, which
+    Blender does not take.
+    """
+    inline = getattr(owner, 'inline_shader_nodes', None)
+    if inline is None:
+        return None
+    tree = node_tree(owner)
+    output = None if tree is None else tree.get_output_node('CYCLES')
+    return None if output is not None and output.target == 'CYCLES' else inline()

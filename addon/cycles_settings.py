@@ -19,6 +19,7 @@ INHERITED = {
     'max_bounces': 'cycles.max_bounces',
     'diffuse_bounces': 'cycles.diffuse_bounces',
     'glossy_bounces': 'cycles.glossy_bounces',
+    'transmission_bounces': 'cycles.transmission_bounces',
     'transparent_bounces': 'cycles.transparent_max_bounces',
     'ao_distance': 'world.light_settings.distance',
 }
@@ -81,8 +82,8 @@ ADAPTIVE = 'adaptive subdivision is not supported yet: the levels of its modifie
 # By the identifier of the group's type. Names of 4.5 and 5.2 stand side by side.
 GROUPS = {
     'CyclesRenderSettings': Group(
-        read='max_bounces diffuse_bounces glossy_bounces transparent_max_bounces film_exposure filter_width '
-        'pixel_filter_type use_layer_samples use_camera_cull use_distance_cull',
+        read='max_bounces diffuse_bounces glossy_bounces transmission_bounces transparent_max_bounces '
+        'film_exposure filter_width pixel_filter_type use_layer_samples use_camera_cull use_distance_cull',
         named=(
             Named('use_denoising', 'the picture is not denoised yet', default='denoising'),
             Named(
@@ -133,8 +134,7 @@ GROUPS = {
             'speed and memory': 'debug_* use_auto_tile tile_size',
             'read by builds for debugging only': 'direct_light_sampling_type',
             'script nodes are named with their material': 'shading_system',
-            'glass is named with its material where it is not rendered': 'transmission_bounces '
-            'film_transparent_roughness',
+            'glass in front of a transparent film is opaque': 'film_transparent_roughness',
             'culling is named with its object': 'camera_cull_margin distance_cull_margin',
             VOLUMES: 'volume_*',
             WITH_SUBDIVISION: 'dicing_* max_subdivisions offscreen_dicing_scale feature_set',

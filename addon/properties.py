@@ -140,6 +140,15 @@ class CotorraSceneSettings(bpy.types.PropertyGroup):
         soft_max=32,
         update=tag_scene,
     )
+    transmission_bounces: IntProperty(
+        name='Transmission',
+        description='Passages of light through glass and other surfaces on its way at most',
+        default=12,
+        min=0,
+        max=BOUNCES_MAX,
+        soft_max=32,
+        update=tag_scene,
+    )
     transparent_bounces: IntProperty(
         name='Transparent',
         description=f'Transparent surfaces that a ray may cross at most; the next one stops it. {AS_CYCLES}',

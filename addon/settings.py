@@ -30,7 +30,7 @@ SAME_NAMES = (
 )
 # As those, numbers that Blender lets be NaN.
 NUMBERS = ('noise_threshold', 'ambient_strength', 'whitted_threshold', 'outline_width')
-BOUNCES = ('max_bounces', 'diffuse_bounces', 'glossy_bounces', 'transparent_bounces')
+BOUNCES = ('max_bounces', 'diffuse_bounces', 'glossy_bounces', 'transmission_bounces', 'transparent_bounces')
 COLORS = ('ambient_color', 'outline_color')
 
 

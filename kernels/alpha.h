@@ -11,18 +11,25 @@
 namespace cotorra {
 #endif
 
-// The material of a triangle.
-FN uint triangle_material(IN(SceneData) scene, uint instance_id, uint triangle) {
-  const Instance instance = LOAD(scene.instances, instance_id);
-  Mesh mesh = LOAD(scene.meshes, instance.mesh);
-  uint slot = 0u;
-  if ((mesh.flags & MESH_HAS_SLOTS) != 0u) slot = min(LOAD(mesh.slots, triangle), instance.material_count - 1u);
-  return LOAD(scene.material_slots, instance.material_base + slot);
+// Share of the light that goes on behind the surface where a ray met it.
+FN vec3 hit_transparency(IN(SceneData) scene, IN(Hit) hit, vec3 direction, uint ray_kind) {
+  const uint index = triangle_material(scene, hit.instance, hit.triangle);
+  const Material material = LOAD(scene.materials, index);
+  if ((material.flags & MATERIAL_TRANSPARENT) == 0u) return vec3(0.0f);
+  if (!material_varies(material)) return vec3(unit_clamp(1.0f - material.alpha));
+  Surface s;
+  surface_from_hit(scene, hit, direction, s);
+  ShaderPoint at = shader_point(s, -direction, hit.t);
+  at.ray_kind = ray_kind;
+  return material_transparency(scene, index, at);
 }
 
-// Share of the light that the scene keeps at a point; the rest goes on behind it.
-FN float alpha_at(IN(SceneData) scene, IN(TexturePoint) at) {
-  return material_alpha(scene, triangle_material(scene, at.instance, at.triangle), at);
+// Share that the surface stops of a ray that is let through whole or not at all. Where what is let through has a
+// colour, the surface stops all of it, and its shading lets it go on.
+FN float hit_alpha(IN(SceneData) scene, IN(Hit) hit, vec3 direction, uint ray_kind) {
+  const uint index = triangle_material(scene, hit.instance, hit.triangle);
+  if ((LOAD(scene.materials, index).flags & MATERIAL_TINTED) != 0u) return 1.0f;
+  return 1.0f - hit_transparency(scene, hit, direction, ray_kind).x;
 }
 
 // A number in [0, 1) for a path's ray at a triangle: below the alpha there, the ray is stopped. Of neighbouring samples

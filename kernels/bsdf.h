@@ -7,6 +7,7 @@
 #include "bsdf_tables.h"
 #include "microfacet.h"
 #include "model.h"
+#include "reflection_normal.h"
 #include "sampling.h"
 #include "scene_types.h"
 
@@ -18,6 +19,8 @@ const uint BSDF_DIFFUSE = 1u;
 const uint BSDF_GLOSSY = 2u;
 const uint BSDF_SINGULAR = 4u;  // a mirror: no light sample can meet it
 const uint BSDF_SHARP = 8u;  // of a MATERIAL_SHARP
+const uint BSDF_TRANSMIT = 16u;  // goes through the surface
+const uint BSDF_THROUGH = 32u;  // no lobe: the ray goes straight on
 
 // Weights of lobes below this count as none, as in Cycles.
 const float BSDF_WEIGHT_CUTOFF = 1e-5f;
@@ -39,7 +42,7 @@ struct Bsdf {
   float fresnel_f0;  // F_Dielectric at normal incidence
   vec3 n_glossy;  // normal of the glossy lobes, see normal_for_reflection
   float unused;
-  vec3 n_smooth;  // shading normal before a normal map bent it, with FEATURE_TEXTURES only
+  vec3 n_smooth;  // shading normal before a normal map bent it, with FEATURE_PROGRAMS only
   float unused2;
   vec3 coating_f90;  // dielectric: (1 - the user's F0) / (1 - fresnel_f0)
   uint lobes;  // BSDF_*: what bsdf_eval finds, and BSDF_SINGULAR where only bsdf_sample can
@@ -50,18 +53,21 @@ struct BsdfSample {
   vec3 wi;
   float pdf;  // of all lobes together, solid angle; of a mirror: the probability of its choice; 0: no sample
   vec3 weight;  // f cos / pdf
-  uint lobe;  // BSDF_DIFFUSE or BSDF_GLOSSY; with it BSDF_SINGULAR, BSDF_SHARP
+  uint lobe;  // BSDF_DIFFUSE or BSDF_GLOSSY; with it BSDF_SINGULAR, BSDF_SHARP, BSDF_TRANSMIT
 };
 
 // Index of refraction of the dielectric layer, and its F0, after "Specular IOR Level"; at 1 there is no layer.
-FN float principled_eta(IN(Material) material, OUT(float) f0) {
-  const float ior = max(material.ior, 1e-5f);
-  const float level = max(material.specular_level, 0.0f);
+FN float dielectric_eta(float material_ior, float specular_level, OUT(float) f0) {
+  const float ior = max(material_ior, 1e-5f);
+  const float level = max(specular_level, 0.0f);
   f0 = F0_from_ior(ior);
   if (level == 0.5f) return ior;
   f0 *= 2.0f * level;
   const float eta = ior_from_F0(f0);
   return select(ior < 1.0f, 1.0f / eta, eta);
+}
+FN float principled_eta(IN(Material) material, OUT(float) f0) {
+  return dielectric_eta(material.ior, material.specular_level, f0);
 }
 
 // Share of the material that is metal, and what is left for the layers beside it.
@@ -166,27 +172,6 @@ FN void bsdf_clear_glossy(INOUT(Bsdf) bsdf) {
   bsdf.fresnel_f0 = 0.0f;
 }
 
-// A smooth normal may lean so far from the triangle that the mirror direction lies below it. Glossy lobes then take a
-// normal in the plane of n and ng that lifts the mirror direction to `threshold` above the triangle (as Cycles does).
-// With N' = (x, 0, z) and wo = (ox, ., oz) in that plane, the condition 2 (x ox + z oz) z - oz = threshold, squared, is
-// quadratic in z^2.
-FN vec3 normal_for_reflection(vec3 n, vec3 ng, vec3 wo) {
-  const float oz = dot(wo, ng);
-  const float threshold = min(0.9f * oz, 0.01f);
-  const vec3 mirror = n * (2.0f * dot(n, wo)) - wo;
-  if (dot(mirror, ng) >= threshold) return n;
-  float len;
-  const vec3 x_axis = safe_normalize(n - ng * dot(n, ng), len);
-  if (!(len > 0.0f)) return n;
-  const float ox = dot(wo, x_axis);
-  const float a = max(ox * ox + oz * oz, 1e-20f);
-  const float b = 2.0f * (a + oz * threshold);
-  const float c = sqr(threshold + oz);
-  const float root = sqrt(max(b * b - 4.0f * a * c, 0.0f));
-  const float z2 = clamp(0.25f * (b + select(ox < 0.0f, root, -root)) / a, 0.0f, 1.0f);
-  return x_axis * sqrt(1.0f - z2) + ng * sqrt(z2);
-}
-
 // The same for a material with a model other than Principled: of Bsdf itself, only normals, flags and the albedo count.
 FN vec3 bsdf_prepare_model(IN(SceneData) scene, IN(Material) material, vec3 n, vec3 ng, vec3 wo, INOUT(Bsdf) bsdf) {
   const MaterialModel model = LOAD(scene.models, material.flags >> MATERIAL_INDEX_SHIFT);
@@ -267,7 +252,7 @@ FN vec3 bsdf_eval_glossy(IN(Bsdf) bsdf, float ni, float h2, float xy2, float c2,
 // Cosine of wi to the normal of the glossy lobes; 0 where it and the smooth surface disagree about the side wi is on.
 FN float glossy_cosine(IN(Bsdf) bsdf, float n_wi, vec3 wi) {
   const float ni = dot(bsdf.n_glossy, wi);
-  if (FEATURE(FEATURE_TEXTURES)) {
+  if (FEATURE(FEATURE_PROGRAMS)) {
     return select(dot(bsdf.n_smooth, wi) * dot(bsdf.n_smooth, bsdf.n_glossy) >= 0.0f, max(ni, 0.0f), 0.0f);
   }
   return select(n_wi * dot(bsdf.n, bsdf.n_glossy) >= 0.0f, max(ni, 0.0f), 0.0f);
@@ -278,7 +263,7 @@ FN float glossy_cosine(IN(Bsdf) bsdf, float n_wi, vec3 wi) {
 // Shadowing Function to Solve the Bump Terminator Problem"); nothing from below the smooth surface, nor where the map
 // points below it. As Cycles 5.2 does it. 1 without a map.
 FN float bump_shadowing(IN(Bsdf) bsdf, vec3 wi) {
-  if (!FEATURE(FEATURE_TEXTURES)) return 1.0f;
+  if (!FEATURE(FEATURE_PROGRAMS)) return 1.0f;
   const float bend = dot(bsdf.n, bsdf.n_smooth);
   const float height = dot(bsdf.n_smooth, wi);
   // The sine by a cross product: 1 - bend^2 would find a bend where there is none, and darken grazing light.

@@ -4,12 +4,10 @@
 #ifndef COTORRA_INTEGRATOR_H
 #define COTORRA_INTEGRATOR_H
 
-#include "bsdf.h"
 #include "light.h"
 #include "light_shape.h"
-#include "material.h"
 #include "sampling.h"
-#include "surface.h"
+#include "surface_shading.h"
 
 #ifdef __cplusplus
 namespace cotorra {
@@ -24,7 +22,8 @@ const uint PAIR_CHOICE = 1u;    // lobe; Russian roulette
 const uint PAIR_EMITTER = 2u;   // point on an emitting triangle
 const uint PAIR_PICK = 3u;      // which emitter; which lamp, where not all are sampled
 const uint PAIR_LIGHTS = 4u;    // one for each lamp
-const uint LAST_SHARED_PAIR = 250u;  // lamps beyond share them
+const uint PAIR_CLOSURE = 254u; // which closure of the surface
+const uint LAST_SHARED_PAIR = 249u;  // lamps beyond share them
 FN uint vertex_pair(uint bounce, uint pair) { return PAIRS_BEFORE_VERTICES + bounce * PAIRS_PER_VERTEX + pair; }
 
 struct IntegratorData {
@@ -33,6 +32,7 @@ struct IntegratorData {
   uint glossy_bounces;
   uint roulette_start;   // the bounce from which a path may end at random
   uint transparent_bounces;  // surfaces that let rays through, all along a path, shadow rays included
+  uint transmission_bounces;
 };
 
 // Limits of transparent surfaces from here on are none.
@@ -48,8 +48,12 @@ struct PathState {
   uint ray_kind;         // VISIBLE_* bit of the ray
   uint random;           // reversed sampler index
   uint transparent_bounces;  // surfaces that let the path through so far
+  uint transmission_bounces;
   float kind_pdf;        // as pdf, and
   vec3 kind_weight;      // a factor on throughput: for light that rays of this kind alone see, see path_note_kind
+  float passed;  // metres from the last vertex to the ray's origin, which lies on a surface that let it through
+  float footprint;  // metres that the ray is wide at its origin
+  uint vertex;  // surfaces that were shaded before this ray: counts the random numbers
 };
 
 // Light that will arrive if nothing stands between the surface and the light.
@@ -59,7 +63,7 @@ struct ShadowRay {
   vec3 direction;
   int group;
   vec3 contribution;
-  uint visibility;       // VISIBLE_SHADOW, or 0 where the light casts no shadow
+  uint visibility;  // VISIBLE_SHADOW, or 0 where the light casts no shadow
 };
 
 FN void path_begin(uint random, OUT(PathState) path) {
@@ -72,8 +76,48 @@ FN void path_begin(uint random, OUT(PathState) path) {
   path.ray_kind = VISIBLE_CAMERA;
   path.random = random;
   path.transparent_bounces = 0u;
+  path.transmission_bounces = 0u;
   path.kind_pdf = 0.0f;
   path.kind_weight = vec3(1.0f);
+  path.passed = 0.0f;
+  path.footprint = 0.0f;
+  path.vertex = 0u;
+}
+
+// What shaders may ask of the path itself.
+FN void path_counts(IN(PathState) path, INOUT(ShaderPoint) at) {
+  at.ray_kind = path.ray_kind;
+  at.bounce = path.bounce;
+  at.diffuse_bounces = path.diffuse_bounces;
+  at.glossy_bounces = path.glossy_bounces;
+  at.transparent_bounces = path.transparent_bounces;
+  at.transmission_bounces = path.transmission_bounces;
+}
+
+// By how much the path's ray widens a metre on. Rays of the camera are narrower where they lean from its axis: fine
+// heights under a bump map show a thousandth of it. After a bounce nothing does, and the middle of the picture counts.
+FN float path_spread(IN(SceneData) scene, IN(PathState) path, vec3 wo) {
+  const float width = scene.camera_spread;
+  if (path.bounce != 0u || scene.camera_orthographic != 0u) return width;
+  const ObjectSpace space = scene.camera_space;
+  const vec3 d = -vec3(dot(vec3(space.x.x, space.x.y, space.x.z), wo), dot(vec3(space.y.x, space.y.y, space.y.z), wo),
+                       dot(vec3(space.z.x, space.z.y, space.z.z), wo));
+  if (!(d.z > 1e-3f)) return width;
+  const vec3 middle = d * (1.0f / d.z);
+  float len;
+  const vec3 n = safe_normalize(middle, len);
+  const vec3 x = safe_normalize(middle + vec3(width, 0.0f, 0.0f), len) - n;
+  const vec3 y = safe_normalize(middle + vec3(0.0f, width, 0.0f), len) - n;
+  return 0.5f * (sqrt(dot(x, x)) + sqrt(dot(y, y)));
+}
+
+// The point of a surface that a path's ray met after t metres, as shaders see it.
+FN ShaderPoint path_point(IN(SceneData) scene, IN(PathState) path, IN(Surface) s, vec3 wo, float t) {
+  ShaderPoint at = shader_point(s, wo, t);
+  const float spread = path_spread(scene, path, wo) * select(scene.camera_orthographic != 0u, 1.0f, t);
+  at.footprint = path.footprint + spread;
+  path_counts(path, at);
+  return at;
 }
 
 const uint VISIBLE_SCATTERED = VISIBLE_DIFFUSE | VISIBLE_GLOSSY;
@@ -110,19 +154,20 @@ FN vec3 path_meet_light(IN(SceneData) scene, uint index, IN(PathState) path, vec
 }
 
 // The background, for a ray that met no surface.
-FN vec3 path_escape(IN(SceneData) scene, IN(PathState) path) {
+FN vec3 path_escape(IN(SceneData) scene, IN(PathState) path, vec3 direction) {
+  if ((scene.world_visibility & path.ray_kind) == 0u) return vec3(0.0f);
   float pdf;
   const vec3 throughput = found_throughput(scene, path, scene.world_visibility, pdf);
-  return (scene.world_visibility & path.ray_kind) != 0u ? throughput * scene.world : vec3(0.0f);
-}
-
-FN bool emits_from(uint sides, float side) {
-  return (sides & select(side > 0.0f, MATERIAL_EMIT_FRONT, MATERIAL_EMIT_BACK)) != 0u;
+  if (!FEATURE(FEATURE_PROGRAMS) || !PROGRAM_GROUP(GROUP_EMISSIONS) || scene.world_program.end == 0u) {
+    return throughput * scene.world;
+  }
+  ShaderPoint at = background_point(direction);
+  path_counts(path, at);
+  return throughput * light_numbers(program_value(scene, at, scene.world_program, scene.world_constants));
 }
 
 // Light that the surface itself emits toward the ray's origin; `material` is the scene's record.
 FN vec3 path_emission(IN(SceneData) scene, IN(PathState) path, IN(Surface) s, IN(Material) material, vec3 wo, float t) {
-  if (!emits_from(material.flags, s.side)) return vec3(0.0f);
   uint visibility = VISIBLE_ALL;
   if (scene.light_kinds != 0u) visibility = LOAD(scene.instances, s.instance).visibility;
   float pdf;
@@ -131,9 +176,10 @@ FN vec3 path_emission(IN(SceneData) scene, IN(PathState) path, IN(Surface) s, IN
   if ((material.flags & MATERIAL_SAMPLED) != 0u) {
     // Light sampling picks a triangle in proportion to area x luminance, then a point uniformly.
     const float area_pdf = luminance(material.emission) * scene.emitter_norm;
-    weight = found_weight(pdf, area_pdf * t * t / max(abs(dot(s.ng, wo)), 1e-8f));
+    const float distance = path.passed + t;
+    weight = found_weight(pdf, area_pdf * distance * distance / max(abs(dot(s.ng, wo)), 1e-8f));
   }
-  const TexturePoint at = texture_point(s);
+  const ShaderPoint at = path_point(scene, path, s, wo, t);
   return throughput * material_emission(scene, s.material, material, at) * weight;
 }
 
@@ -151,27 +197,17 @@ FN float terminator_amount(float cutoff, float n_wi, float ng_wi) {
 FN vec3 shadow_ray_origin(IN(SceneData) scene, IN(Surface) s, vec3 wi) {
   const float amount = terminator_amount(s.terminator, dot(s.n, wi), dot(s.ng, wi));
   vec3 origin = surface_ray_origin(s.p, s.ng, s.epsilon, wi);
-  if (amount > 0.0f) origin += surface_smooth_lift(scene, s.instance, s.triangle, s.u, s.v, s.ng) * amount;
+  // Light from behind starts behind, where nothing lifts it.
+  if (amount > 0.0f && dot(s.n, wi) > 0.0f)
+    origin += surface_smooth_lift(scene, s.instance, s.triangle, s.u, s.v, s.ng) * amount;
   return origin;
-}
-
-// BSDF times cosine toward wi, without the lobes that the light is hidden from; pdf is that of rays that see the light.
-FN vec3 visible_bsdf(IN(Bsdf) bsdf, vec3 wo, vec3 wi, uint visibility, OUT(float) pdf) {
-  vec3 glossy;
-  float all;
-  const vec3 diffuse = bsdf_eval_lobes(bsdf, wo, wi, glossy, all);
-  const bool to_diffuse = (visibility & VISIBLE_DIFFUSE) != 0u;
-  const bool to_glossy = (visibility & VISIBLE_GLOSSY) != 0u;
-  const float part = min(bsdf_diffuse_pdf(bsdf, wi), all);
-  pdf = select(to_diffuse, select(to_glossy, all, part), select(to_glossy, all - part, 0.0f));
-  return select(to_diffuse, diffuse, vec3(0.0f)) + select(to_glossy, glossy, vec3(0.0f));
 }
 
 // Takes note of what the ray would carry if it were of a scene without the other kind of lobe: light that rays of its
 // kind alone see must not be weighed with lobes that it is hidden from. The lobe's own sample is throughput x
 // kind_weight, its density kind_pdf.
-FN void path_note_kind(IN(Bsdf) bsdf, vec3 wo, vec3 wi, INOUT(PathState) path) {
-  if (!(path.pdf > 0.0f)) return;  // a mirror's ray is its own
+FN void path_note_kind(IN(Bsdf) bsdf, IN(Lobe) lobe, vec3 wo, vec3 wi, INOUT(PathState) path) {
+  if (!(path.pdf > 0.0f) || has_lobe(lobe)) return;  // a mirror's ray is its own, and so is that of one lobe
   float all_pdf;
   const vec3 all = visible_bsdf(bsdf, wo, wi, VISIBLE_SCATTERED, all_pdf);
   const vec3 own = visible_bsdf(bsdf, wo, wi, path.ray_kind, path.kind_pdf);
@@ -192,6 +228,16 @@ FN vec3 light_contribution(IN(Light) light, IN(LightSample) l, IN(Bsdf) bsdf, ve
   return throughput * f * l.weight * weight;
 }
 
+// The same of a Lobe.
+FN vec3 lobe_light_contribution(IN(SceneData) scene, IN(Light) light, IN(LightSample) l, IN(Bsdf) bsdf, IN(Lobe) lobe,
+                                vec3 wo, vec3 throughput, float scale) {
+  float pdf;
+  const vec3 f = visible_scattering(scene, bsdf, lobe, wo, l.wi, light.visibility, pdf);
+  const bool shared_work = (light.flags & LIGHT_VISIBLE) != 0u && !lobe_is_diffuse(lobe);
+  const float weight = FEATURE(FEATURE_BSDF_RAYS) && shared_work ? scale * power_heuristic(l.pdf, pdf) : scale;
+  return throughput * f * l.weight * weight;
+}
+
 // The shadow ray of a lamp's sample. Returns false where there is nothing to bring.
 FN bool light_shadow_ray(IN(SceneData) scene, IN(Light) light, IN(Surface) s, uint bounce, vec3 wi, float distance,
                          vec3 contribution, OUT(ShadowRay) ray) {
@@ -209,35 +255,43 @@ FN bool light_shadow_ray(IN(SceneData) scene, IN(Light) light, IN(Surface) s, ui
 // The surface without what a normal map did to it: where shadow rays start is a question of its shape.
 FN Surface smooth_surface(IN(Surface) s, IN(Bsdf) bsdf) {
   Surface bare = s;
-  if (FEATURE(FEATURE_TEXTURES)) bare.n = bsdf.n_smooth;
+  if (FEATURE(FEATURE_PROGRAMS)) bare.n = bsdf.n_smooth;
   return bare;
 }
 
 // One sample of lamp `index`. Returns false where nothing can arrive.
-FN bool path_sample_light(IN(SceneData) scene, uint index, IN(PathState) path, IN(Surface) s, IN(Bsdf) bsdf, vec3 wo,
-                          vec2 u, float scale, OUT(ShadowRay) ray) {
+FN bool path_sample_light(IN(SceneData) scene, uint index, IN(PathState) path, IN(Surface) s, IN(Bsdf) bsdf,
+                          IN(Lobe) lobe, vec3 wo, vec2 u, float scale, OUT(ShadowRay) ray) {
   const Light light = LOAD(scene.lights, index);
   LightSample l;
   light_sample(light, s.p, s.n, u, l);
   if (FEATURE(FEATURE_LIGHT_SHAPES)) l.weight *= scene_light_shape(scene, index, light, s.p, l.wi);
-  const vec3 contribution = light_contribution(light, l, bsdf, wo, path.throughput, scale);
+  vec3 contribution;
+  if (has_lobe(lobe)) {
+    contribution = lobe_light_contribution(scene, light, l, bsdf, lobe, wo, path.throughput, scale);
+  } else {
+    contribution = light_contribution(light, l, bsdf, wo, path.throughput, scale);
+  }
   const Surface start = smooth_surface(s, bsdf);
   return light_shadow_ray(scene, light, start, path.bounce, l.wi, l.distance, contribution, ray);
 }
 
-// A quick bound of what lamp `index` may contribute at the surface, to choose lamps by.
-FN float light_importance(IN(SceneData) scene, uint index, IN(Surface) s) {
+// A quick bound of what lamp `index` may contribute at the surface, to choose lamps by; `both_sides`: light from behind
+// counts as well.
+FN float light_importance(IN(SceneData) scene, uint index, IN(Surface) s, bool both_sides) {
   Light light = LOAD(scene.lights, index);
   if (light.type == LIGHT_SUN) {
     const float size = select(light.radius > 0.0f, 2.0f * PI * light.radius, 1.0f);
-    return luminance(light.radiance) * size * max(dot(s.n, -light.axis) + sqrt(2.0f * light.radius), 0.0f);
+    const float c = -dot(s.n, light.axis);
+    return luminance(light.radiance) * size * max((both_sides ? abs(c) : c) + sqrt(2.0f * light.radius), 0.0f);
   }
   float d;
   const vec3 wi = safe_normalize(light.position - s.p, d);
   const float r2 = light.radius * light.radius;
   const float power = luminance(light.radiance) * select(light.radius > 0.0f, PI * r2, 1.0f);
   // The widest cosine that the light's disk can show.
-  const float cosine = min(max(dot(s.n, wi), 0.0f) + light.radius / max(d, 1e-6f), 1.0f);
+  const float c = dot(s.n, wi);
+  const float cosine = min(max(both_sides ? abs(c) : c, 0.0f) + light.radius / max(d, 1e-6f), 1.0f);
   // Points of a lamp of size send light past the edge of the cone about its centre: cos(a - b) <= cos a + sin b.
   light.cos_spot -= light.radius / max(d, 1e-6f);
   float spot = light.type == LIGHT_SPOT && light.radius < d ? spot_attenuation(light, wi) : 1.0f;
@@ -251,12 +305,12 @@ FN float light_importance(IN(SceneData) scene, uint index, IN(Surface) s) {
 
 // One lamp out of many, in proportion to its importance, by reservoir sampling with one number.
 // Returns its index, INVALID_ID where none can contribute; `scale` is 1 / probability.
-FN uint path_pick_light(IN(SceneData) scene, IN(Surface) s, float u, OUT(float) scale) {
+FN uint path_pick_light(IN(SceneData) scene, IN(Surface) s, bool both_sides, float u, OUT(float) scale) {
   float sum = 0.0f;
   float chosen = 0.0f;
   uint pick = INVALID_ID;
   for (uint i = 0u; i < scene.light_count; ++i) {
-    const float w = light_importance(scene, i, s);
+    const float w = light_importance(scene, i, s, both_sides);
     sum += w;
     const float p = sum > 0.0f ? w / sum : 0.0f;
     if (u < p) {
@@ -272,21 +326,27 @@ FN uint path_pick_light(IN(SceneData) scene, IN(Surface) s, float u, OUT(float) 
   return chosen > 0.0f ? pick : INVALID_ID;
 }
 
-// What an emitting triangle sends out at barycentric coordinates b, and is not let through there.
-FN vec3 emitter_radiance(IN(SceneData) scene, IN(Emitter) e, vec2 b) {
-  if (!FEATURE(FEATURE_TEXTURES | FEATURE_TRANSPARENCY)) return e.radiance;
-  TexturePoint at;
-  at.instance = e.instance;
-  at.triangle = e.triangle;
-  at.u = b.x;
-  at.v = b.y;
+// What an emitting triangle sends out along -wi at barycentric coordinates b, and is not let through there.
+FN vec3 emitter_radiance(IN(SceneData) scene, IN(Emitter) e, vec2 b, vec3 wi, float distance) {
+  if (!FEATURE(FEATURE_PROGRAMS | FEATURE_TRANSPARENCY)) return e.radiance;
   const Material material = LOAD(scene.materials, e.material);
-  return material_emission(scene, e.material, material, at) * material_alpha(scene, e.material, at);
+  Hit hit;
+  hit.t = distance;
+  hit.u = b.x;
+  hit.v = b.y;
+  hit.triangle = e.triangle;
+  hit.instance = e.instance;
+  Surface s;
+  surface_from_hit(scene, hit, wi, s);
+  const ShaderPoint at = shader_point(s, -wi, distance);
+  const vec3 radiance = material_emission(scene, e.material, material, at);
+  if ((material.flags & (MATERIAL_TRANSPARENT | MATERIAL_TINTED)) != MATERIAL_TRANSPARENT) return radiance;
+  return radiance * (1.0f - material_transparency(scene, e.material, at).x);
 }
 
 // One sample of the emitting triangles.
-FN bool path_sample_emitter(IN(SceneData) scene, IN(PathState) path, IN(Surface) s, IN(Bsdf) bsdf, vec3 wo,
-                            float u_pick, vec2 u, OUT(ShadowRay) ray) {
+FN bool path_sample_emitter(IN(SceneData) scene, IN(PathState) path, IN(Surface) s, IN(Bsdf) bsdf, IN(Lobe) lobe,
+                            vec3 wo, float u_pick, vec2 u, OUT(ShadowRay) ray) {
   // 1. Pick a triangle by the cumulated distribution.
   uint first = 0u;
   uint last = scene.emitter_count - 1u;
@@ -304,13 +364,12 @@ FN bool path_sample_emitter(IN(SceneData) scene, IN(PathState) path, IN(Surface)
   const vec3 q = e.v0 + e.edge1 * b.x + e.edge2 * b.y;
   float d;
   const vec3 wi = safe_normalize(q - s.p, d);
-  const float cos_front = -dot(e.normal, wi);
-  const float cos_light = abs(cos_front);
+  const float cos_light = abs(dot(e.normal, wi));
   const float area_pdf = luminance(e.radiance) * scene.emitter_norm;
   const float pdf = area_pdf * d * d / max(cos_light, 1e-8f);
   float bsdf_pdf;
-  const vec3 f = visible_bsdf(bsdf, wo, wi, e.visibility, bsdf_pdf);
-  const vec3 radiance = emitter_radiance(scene, e, b);
+  const vec3 f = visible_scattering(scene, bsdf, lobe, wo, wi, e.visibility, bsdf_pdf);
+  const vec3 radiance = emitter_radiance(scene, e, b, wi, d);
   ray.contribution = path.throughput * f * radiance * (power_heuristic(pdf, bsdf_pdf) / pdf);
   ray.direction = wi;
   ray.group = e.group;
@@ -318,8 +377,7 @@ FN bool path_sample_emitter(IN(SceneData) scene, IN(PathState) path, IN(Surface)
   ray.t_max = 0.0f;
   ray.origin = s.p;
   const bool self = e.instance == s.instance && e.triangle == s.triangle;
-  const bool dark = !emits_from(e.sides, cos_front);
-  if (self || dark || cos_light < 1e-8f || !(max_component(ray.contribution) > 0.0f)) return false;
+  if (self || cos_light < 1e-8f || !(max_component(ray.contribution) > 0.0f)) return false;
   // 3. Aim from the lifted start at the point itself, and stop short of it.
   ray.origin = shadow_ray_origin(scene, smooth_surface(s, bsdf), wi);
   ray.direction = safe_normalize(q - ray.origin, d);
@@ -327,19 +385,29 @@ FN bool path_sample_emitter(IN(SceneData) scene, IN(PathState) path, IN(Surface)
   return true;
 }
 
+// A ray grows no narrower on its way.
+FN void path_leave(IN(SceneData) scene, float spread, INOUT(PathState) path, IN(Surface) s) {
+  if (scene.camera_orthographic == 0u) path.footprint += spread * s.t;
+  path.vertex += 1u;
+}
+
 // Takes a path on along a sampled direction. Returns false where it ends.
-FN bool path_advance(IN(IntegratorData) integrator, INOUT(PathState) path, IN(Surface) s, IN(BsdfSample) b,
-                     float u_roulette, OUT(vec3) origin) {
+FN bool path_advance(IN(SceneData) scene, IN(IntegratorData) integrator, INOUT(PathState) path, IN(Surface) s,
+                     IN(BsdfSample) b, float u_roulette, OUT(vec3) origin) {
   origin = s.p;
-  // A direction below the flat triangle would only meet the surface from inside.
-  if (!(b.pdf > 0.0f) || dot(b.wi, s.ng) <= 0.0f) return false;
+  const bool through = FEATURE(FEATURE_LOBES) && (b.lobe & BSDF_TRANSMIT) != 0u;
+  // What is reflected below the flat triangle would only meet the surface from inside, and the other way round.
+  if (!(b.pdf > 0.0f) || dot(b.wi, s.ng) * select(through, -1.0f, 1.0f) <= 0.0f) return false;
   path.throughput *= b.weight;
   path.pdf = select((b.lobe & BSDF_SINGULAR) != 0u, 0.0f, b.pdf);
   path.kind_pdf = path.pdf;
   path.kind_weight = vec3(1.0f);
-  path.normal = s.n;
+  path.normal = select(through, -s.n, s.n);
   path.bounce += 1u;
-  if ((b.lobe & BSDF_DIFFUSE) != 0u) {
+  if (through) {
+    path.transmission_bounces += 1u;
+    path.ray_kind = VISIBLE_TRANSMISSION;
+  } else if ((b.lobe & BSDF_DIFFUSE) != 0u) {
     path.diffuse_bounces += 1u;
     path.ray_kind = VISIBLE_DIFFUSE;
   } else {
@@ -347,6 +415,8 @@ FN bool path_advance(IN(IntegratorData) integrator, INOUT(PathState) path, IN(Su
     path.ray_kind = VISIBLE_GLOSSY;
   }
   if ((b.lobe & BSDF_SHARP) != 0u) path.ray_kind |= RAY_MEETS_LAMPS;
+  if ((b.lobe & BSDF_SINGULAR) != 0u) path.ray_kind |= RAY_SINGULAR;
+  if (!through) path.ray_kind |= RAY_REFLECTED;
   // Russian roulette: survive in proportion to what the path still carries, as it will look (square root).
   if (path.bounce >= integrator.roulette_start) {
     const float survival = min(sqrt(max_component(path.throughput)), 1.0f);
@@ -354,17 +424,33 @@ FN bool path_advance(IN(IntegratorData) integrator, INOUT(PathState) path, IN(Su
     path.throughput = path.throughput / survival;
   }
   origin = surface_ray_origin(s.p, s.ng, s.epsilon, b.wi);
+  path_leave(scene, scene.camera_spread, path, s);
+  path.passed = 0.0f;
+  return max_component(path.throughput) > 0.0f;
+}
+
+// Takes a path straight on through a surface that lets it through: no vertex of the path, for what comes after.
+FN bool path_pass(IN(SceneData) scene, INOUT(PathState) path, IN(Surface) s, vec3 wo, OUT(vec3) origin) {
+  origin = surface_ray_origin(s.p, s.ng, s.epsilon, -wo);
+  path.passed += s.t;
+  path.transparent_bounces += 1u;
+  path_leave(scene, path_spread(scene, path, wo), path, s);
   return max_component(path.throughput) > 0.0f;
 }
 
 // The next direction. Returns false where the path ends.
 FN bool path_bounce(IN(SceneData) scene, IN(IntegratorData) integrator, INOUT(PathState) path, IN(Surface) s,
-                    IN(Bsdf) bsdf, vec3 wo, vec2 u, vec2 u_choice, OUT(vec3) origin, OUT(vec3) direction) {
+                    IN(Bsdf) bsdf, IN(Lobe) lobe, vec3 wo, vec2 u, vec2 u_choice, OUT(vec3) origin,
+                    OUT(vec3) direction) {
+  if (FEATURE(FEATURE_PROGRAMS) && (bsdf.lobes & BSDF_THROUGH) != 0u) {
+    direction = -wo;
+    return path_pass(scene, path, s, wo, origin);
+  }
   BsdfSample b;
-  bsdf_sample(bsdf, wo, u_choice.x, u, b);
+  scattering_sample(scene, bsdf, lobe, wo, u_choice.x, u, b);
   direction = b.wi;
-  if (!path_advance(integrator, path, s, b, u_choice.y, origin)) return false;
-  if (scene.light_kinds != 0u) path_note_kind(bsdf, wo, b.wi, path);
+  if (!path_advance(scene, integrator, path, s, b, u_choice.y, origin)) return false;
+  if (scene.light_kinds != 0u) path_note_kind(bsdf, lobe, wo, b.wi, path);
   return true;
 }
 
@@ -386,6 +472,7 @@ FN float shadow_kept(IN(IntegratorData) integrator, uint crossed, float kept) {
 FN bool path_is_last(IN(IntegratorData) integrator, IN(PathState) path) {
   return path.bounce > integrator.max_bounces || path.diffuse_bounces > integrator.diffuse_bounces ||
          path.glossy_bounces > integrator.glossy_bounces ||
+         path.transmission_bounces > integrator.transmission_bounces ||
          path_crossed_too_many(integrator, path.transparent_bounces + 1u);
 }
 

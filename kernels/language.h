@@ -21,6 +21,8 @@
   struct NAME {            \
     T *v;                  \
   };
+#define RECORD(T) struct T
+#define RECORD_REF(T) const T *
 #define FEATURE(BIT) ((KERNEL_FEATURES & (BIT)) != 0u)
 
 #else
@@ -33,6 +35,9 @@
   layout(buffer_reference, scalar, buffer_reference_align = 8) readonly buffer NAME { T v[]; };
 #define BUFFER_RW(T, NAME) \
   layout(buffer_reference, scalar, buffer_reference_align = 8) buffer NAME { T v[]; };
+// A record that is handed on by its address. A struct would be copied at each call, which costs drivers much to undo.
+#define RECORD(T) layout(buffer_reference, scalar, buffer_reference_align = 8) buffer T
+#define RECORD_REF(T) T
 #define FEATURE(BIT) ((KERNEL_FEATURES & (BIT)) != 0u)
 #define select(CONDITION, IF_TRUE, IF_FALSE) ((CONDITION) ? (IF_TRUE) : (IF_FALSE))
 

@@ -71,10 +71,12 @@ FN vec3 &operator*=(vec3 &a, vec3 b) { return a = a * b; }
 FN vec3 &operator*=(vec3 &a, float s) { return a = a * s; }
 
 FN vec4 operator+(vec4 a, vec4 b) { return {a.x + b.x, a.y + b.y, a.z + b.z, a.w + b.w}; }
+FN vec4 operator-(vec4 a, vec4 b) { return {a.x - b.x, a.y - b.y, a.z - b.z, a.w - b.w}; }
 FN vec4 operator*(vec4 a, float s) { return {a.x * s, a.y * s, a.z * s, a.w * s}; }
 
 FN float dot(vec2 a, vec2 b) { return a.x * b.x + a.y * b.y; }
 FN float dot(vec3 a, vec3 b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+FN float dot(vec4 a, vec4 b) { return a.x * b.x + a.y * b.y + a.z * b.z + a.w * b.w; }
 FN vec3 cross(vec3 a, vec3 b) { return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x}; }
 
 FN float sqrt(float a) { return __builtin_sqrtf(a); }
@@ -87,8 +89,16 @@ FN float log2(float a) { return std::log2(a); }
 FN float pow(float a, float b) { return std::pow(a, b); }
 FN float sin(float a) { return std::sin(a); }
 FN float cos(float a) { return std::cos(a); }
+FN float tan(float a) { return std::tan(a); }
+FN float asin(float a) { return std::asin(a); }
 FN float acos(float a) { return std::acos(a); }
+FN float atan(float a) { return std::atan(a); }
 FN float atan(float y, float x) { return std::atan2(y, x); }
+FN float sinh(float a) { return std::sinh(a); }
+FN float cosh(float a) { return std::cosh(a); }
+FN float tanh(float a) { return std::tanh(a); }
+FN float ceil(float a) { return __builtin_ceilf(a); }
+FN float trunc(float a) { return __builtin_truncf(a); }
 FN float min(float a, float b) { return b < a ? b : a; }
 FN float max(float a, float b) { return a < b ? b : a; }
 FN uint min(uint a, uint b) { return b < a ? b : a; }
@@ -101,6 +111,7 @@ FN float mix(float a, float b, float t) { return a * (1.0f - t) + b * t; }
 FN float sign(float a) { return a > 0.0f ? 1.0f : (a < 0.0f ? -1.0f : 0.0f); }
 
 FN vec3 abs(vec3 a) { return {abs(a.x), abs(a.y), abs(a.z)}; }
+FN vec3 floor(vec3 a) { return {floor(a.x), floor(a.y), floor(a.z)}; }
 FN vec3 sqrt(vec3 a) { return {sqrt(a.x), sqrt(a.y), sqrt(a.z)}; }
 FN vec3 min(vec3 a, vec3 b) { return {min(a.x, b.x), min(a.y, b.y), min(a.z, b.z)}; }
 FN vec3 max(vec3 a, vec3 b) { return {max(a.x, b.x), max(a.y, b.y), max(a.z, b.z)}; }

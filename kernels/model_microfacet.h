@@ -34,18 +34,24 @@ FN float N_LambdaGGX(float nx, float alpha2) {
   return 0.5f * alpha2 * (1.0f - nx * nx) / (S_SmithGGX(nx, alpha2) + nx);
 }
 
-// Rational fit (Walter et al. 2007, eq. 20, as Lambda): t = nx / (alpha sin), nothing from 1.6 on.
-FN float N_LambdaBeckmann(float nx, float alpha) {
-  const float slope = max(alpha * sqrt(max(1.0f - nx * nx, 0.0f)), 1e-20f);
+// Rational fit (Walter et al. 2007, eq. 20, as Lambda): t = nx / slope, nothing from 1.6 on. The slope is alpha times
+// the sine, on an anisotropic surface by axis.
+FN float N_LambdaBeckmannSlope(float nx, float slope) {
   const float t = nx / slope;
   return select(t < 1.6f, slope * (1.0f + t * (-1.259f + t * 0.396f)) / (3.535f + t * 2.181f), 0.0f);
 }
 
 // Without the fit, as sampling needs it: Lambda = (exp(-t^2) / (t sqrt(pi)) - erfc(t)) / 2 (Smith 1967).
-FN float N_LambdaBeckmannExact(float nx, float alpha) {
-  const float slope = max(alpha * sqrt(max(1.0f - nx * nx, 0.0f)), 1e-20f);
+FN float N_LambdaBeckmannSlopeExact(float nx, float slope) {
   const float t = min(nx / slope, 1e3f);
   return max(0.5f * exp(-t * t) * (slope * 0.564189584f - nx * erfc_scaled(t)), 0.0f);
+}
+
+// The same of an isotropic surface.
+FN float beckmann_slope(float nx, float alpha) { return max(alpha * sqrt(max(1.0f - nx * nx, 0.0f)), 1e-20f); }
+FN float N_LambdaBeckmann(float nx, float alpha) { return N_LambdaBeckmannSlope(nx, beckmann_slope(nx, alpha)); }
+FN float N_LambdaBeckmannExact(float nx, float alpha) {
+  return N_LambdaBeckmannSlopeExact(nx, beckmann_slope(nx, alpha));
 }
 
 // The following are G / (4 no), which is what f cos needs: the cosine ni takes the place of 1 / ni.

@@ -5,6 +5,8 @@
 #define COTORRA_SCENE_TYPES_H
 
 #include "language.h"
+#include "closure/principled_inputs.h"
+#include "program/types.h"
 
 #ifdef __cplusplus
 namespace cotorra {
@@ -23,13 +25,14 @@ const uint FEATURE_BSDF_RAYS =
 const uint FEATURE_DATA_PASSES = 128u;     // passes beyond Combined are written
 const uint FEATURE_LIGHT_GROUPS = 256u;    // contributions of lights are kept apart
 const uint FEATURE_TRANSPARENCY = 512u;    // a material lets rays through (alpha below 1)
-const uint FEATURE_TEXTURES = 1024u;       // a material reads images
+const uint FEATURE_PROGRAMS = 1024u;       // a material varies: its shader is a program
 const uint FEATURE_MODELS = 2048u;         // a material has a model other than Principled; implies FEATURE_SPECULAR
 const uint FEATURE_LIGHT_SHAPES = 4096u;   // a lamp has a falloff or a spot edge other than Blender's
 const uint FEATURE_TERMS = 8192u;          // passes show D, G, F or lamps one by one
 const uint FEATURE_OCCLUSION = 16384u;     // ambient occlusion, as a picture, a pass or an ambient term
 const uint FEATURE_WHITTED = 32768u;       // the integrator is Whitted
 const uint FEATURE_TOON = 65536u;          // the integrator is Toon
+const uint FEATURE_LOBES = 131072u;        // a material has lobes that bsdf.h lacks; implies FEATURE_SPECULAR
 
 // ---- Ray visibility, as Blender's visible_* flags; also Embree's ray masks.
 const uint VISIBLE_CAMERA = 1u;
@@ -39,7 +42,10 @@ const uint VISIBLE_TRANSMISSION = 8u;
 const uint VISIBLE_VOLUME = 16u;
 const uint VISIBLE_SHADOW = 32u;
 const uint VISIBLE_ALL = 63u;
-const uint RAY_MEETS_LAMPS = 64u;  // beside the kind of a ray: it left a MATERIAL_SHARP
+// Beside the kind of a ray:
+const uint RAY_MEETS_LAMPS = 64u;  // it left a MATERIAL_SHARP
+const uint RAY_SINGULAR = 128u;    // it left a mirror or clear glass
+const uint RAY_REFLECTED = 256u;   // it left a surface on the side that it came from
 
 const uint INVALID_ID = 0xffffffffu;
 
@@ -99,11 +105,10 @@ const uint MATERIAL_SPECULAR = 2u;     // has a dielectric or metallic lobe
 const uint MATERIAL_DIFFUSE = 4u;      // has a diffuse lobe
 const uint MATERIAL_TRANSPARENT = 8u;  // alpha below 1
 const uint MATERIAL_SAMPLED = 32u;     // its triangles are sampled as lights
-const uint MATERIAL_EMIT_FRONT = 64u;  // which sides of its triangles emit
-const uint MATERIAL_EMIT_BACK = 128u;
 const uint MATERIAL_SHARP = 256u;      // highlights narrower than a lamp may look: bounces meet lamps, too
 const uint MATERIAL_MULTI_GGX = 16u;   // microfacet energy is preserved (Blender's "Multiscatter GGX")
-const uint MATERIAL_TEXTURED = 512u;   // an input reads an image
+const uint MATERIAL_PROGRAM = 512u;    // a part of it varies (MaterialProgram)
+const uint MATERIAL_TINTED = 2048u;    // what it lets through has a colour: a program says what
 const uint MATERIAL_MODEL = 1024u;     // its reflection model is not Principled
 const uint MATERIAL_INDEX_SHIFT = 14u;  // above: of a MATERIAL_MODEL, its place in SceneData.models
 
@@ -241,8 +246,6 @@ struct Emitter {
   float cdf;  // cumulated selection probability up to and with this emitter
   uint visibility;
   int group;
-  uint sides;  // MATERIAL_EMIT_*
-  uint unused;
 };
 
 // What Whitted, Toon and the ambient term read of a material beside its BSDF.
@@ -270,21 +273,11 @@ BUFFER_REF(Instance, InstanceBuffer)
 BUFFER_REF(Emitter, EmitterBuffer)
 BUFFER_REF(MaterialModel, MaterialModelBuffer)
 
-// ---- Textures. All of their buffers are null where no material reads an image (without FEATURE_TEXTURES).
+// ---- What programs read. All of the buffers are null where no material is a program (without FEATURE_PROGRAMS).
 const uint TEXELS_UINT8 = 0u;  // the largest number of both integer kinds is 1
 const uint TEXELS_UINT16 = 1u;
 const uint TEXELS_HALF = 2u;
 const uint TEXELS_FLOAT = 3u;
-const uint CHANNEL_RGB = 0u;  // what a slot hands on of a texel
-const uint CHANNEL_R = 1u;
-const uint CHANNEL_G = 2u;
-const uint CHANNEL_B = 3u;
-const uint CHANNEL_A = 4u;
-const uint CHANNEL_LUMINANCE = 5u;
-const uint COORDINATES_UV = 0u;
-const uint COORDINATES_GENERATED = 1u;
-const uint COORDINATES_OBJECT = 2u;
-const uint COORDINATES_WORLD = 3u;
 const uint INTERPOLATION_CLOSEST = 0u;
 const uint INTERPOLATION_LINEAR = 1u;
 const uint INTERPOLATION_CUBIC = 2u;
@@ -292,10 +285,18 @@ const uint EXTENSION_REPEAT = 0u;
 const uint EXTENSION_EXTEND = 1u;
 const uint EXTENSION_CLIP = 2u;
 const uint EXTENSION_MIRROR = 3u;
-const uint TEXTURE_UNASSOCIATE = 1u;  // the texel's colour is divided by its alpha after filtering
 const uint NORMAL_TANGENT = 0u;  // what the directions of a normal map are relative to
 const uint NORMAL_OBJECT = 1u;
 const uint NORMAL_WORLD = 2u;
+const uint NORMAL_BLENDER_OBJECT = 3u;  // as Blender once baked them: two axes point the other way
+const uint NORMAL_BLENDER_WORLD = 4u;
+const uint ATTRIBUTE_NONE = 0u;  // what an attribute has one entry for
+const uint ATTRIBUTE_POINT = 1u;
+const uint ATTRIBUTE_CORNER = 2u;
+const uint ATTRIBUTE_FACE = 3u;  // one a triangle
+const uint ATTRIBUTE_INSTANCE = 4u;
+const uint ATTRIBUTE_KIND_MASK = 255u;
+const uint ATTRIBUTE_COMPONENTS_SHIFT = 8u;  // above: how many numbers of four are its own
 
 // An image as its file has it: rows from below, channels side by side.
 struct Texture {
@@ -308,46 +309,14 @@ struct Texture {
   uint unused;
 };
 
-// One use of an image by one input of a material: addon/export/buffers.py, TEXTURE_SLOT, tells what becomes of a texel.
-struct TextureSlot {
-  vec4 mapping_s;  // s = dot(mapping_s, (x, y, z, 1)) of the coordinates x, y, z
-  vec4 mapping_t;
-  vec3 scale;
-  float threshold;  // INFINITE_DISTANCE: none
-  vec3 offset;
-  uint image;
-  uint channel;  // CHANNEL_*
-  uint coordinates;  // COORDINATES_*
-  uint uv_layer;
-  uint interpolation;  // INTERPOLATION_*
-  uint extension;  // EXTENSION_*
-  uint flags;  // TEXTURE_*
-  uint lookup;  // the first slot that reads the same texel; they share the filtered value
-  uint unused;
-};
-
-// Slots of a material's inputs, -1 where the input is the constant of Material.
-struct MaterialInputs {
-  int base_color;
-  int metallic;
-  int roughness;
-  int ior;
-  int specular_level;
-  int specular_tint;
-  int emission;
-  int alpha;
-  int normal;
-  float normal_strength;
-  uint tangent_layer;
-  uint normal_space;  // NORMAL_*
-};
-
 BUFFER_REF(vec4, Vec4Buffer)
 
-// What textures need of a mesh beside Mesh.
+// What programs need of a mesh beside Mesh.
 struct MeshTextures {
   Vec4Buffer tangents;  // [layers * corners] object space, and the sign of the bitangent
   Vec3Buffer generated;  // [vertices]
+  Vec4Buffer attributes;  // all layers one after the other
+  UintBuffer attribute_table;  // for each layer behind those of UV maps ATTRIBUTE_*, and its first entry
   uint corner_count;  // entries of a layer of Mesh.uv and of tangents
   uint uv_layers;
   uint tangent_layers;
@@ -358,23 +327,34 @@ struct MeshTextures {
   vec3 normal_x;  // columns of its inverse transpose
   vec3 normal_y;
   vec3 normal_z;
+  uint attribute_words;  // of attribute_table
+  uint unused;
 };
 
-// World-to-object of an instance, by rows.
+// From world space to that of an object or camera, by rows; and where its origin lies in the world.
 struct ObjectSpace {
   vec4 x;
   vec4 y;
   vec4 z;
+  vec3 origin;
+  uint unused;
+};
+
+// What the Object Info node tells of an instance.
+struct InstanceInfo {
+  vec3 location;
+  float alpha;
+  vec3 color;
+  float random;
 };
 
 BUFFER_REF(Texture, TextureBuffer)
-BUFFER_REF(TextureSlot, TextureSlotBuffer)
-BUFFER_REF(MaterialInputs, MaterialInputsBuffer)
 BUFFER_REF(MeshTextures, MeshTexturesBuffer)
 BUFFER_REF(ObjectSpace, ObjectSpaceBuffer)
+BUFFER_REF(InstanceInfo, InstanceInfoBuffer)
 
 // The whole scene, as a kernel sees it.
-struct SceneData {
+RECORD(SceneData) {
   LightBuffer lights;
   MaterialBuffer materials;
   UintBuffer material_slots;
@@ -395,20 +375,34 @@ struct SceneData {
   int world_group;
   LightShapeBuffer light_shapes;  // one for each lamp; null where no lamp is LIGHT_SHAPED
   TextureBuffer textures;
-  TextureSlotBuffer texture_slots;
-  MaterialInputsBuffer material_inputs;  // [materials]
+  MaterialProgramBuffer programs;  // [materials]
+  UintBuffer program_code;
+  ClosureRowBuffer program_closures;
+  FloatBuffer program_constants;
+  FloatBuffer tables;  // ramps and curves of all programs
   MeshTexturesBuffer mesh_textures;  // [meshes]
-  ObjectSpaceBuffer object_spaces;  // [instances], null where no slot has COORDINATES_OBJECT
+  ObjectSpaceBuffer object_spaces;  // [instances], null where no program asks
+  InstanceInfoBuffer instance_infos;  // [instances], null where no program asks
+  Vec4Buffer instance_attributes;  // [layers * instances]
+  ObjectSpace camera_space;  // x to the right, y up, z forward
+  vec4 camera_window;  // left, bottom, 1 / width, 1 / height of the picture at distance 1, or in metres
+  uint camera_orthographic;
+  uint uv_layer_count;  // layers of UV maps, which come before those of attributes
   uint light_kinds;  // 1: diffuse or glossy rays alone see some light (PathState.kind_weight)
-  uint unused;
+  uint
+      lobes;  // 1: closures are lobes; 0: the constants of the nearest Principled, as the classic integrators know them
+  float camera_spread;  // metres that a ray of a pixel is wide, a metre on; orthographic: anywhere
+  uint texture_count;
+  ProgramPart world_program;  // of a world that varies; end 0: `world` is all of it
+  uint world_constants;
 };
 
 #ifdef __cplusplus
 static_assert(sizeof(Light) == 112 && sizeof(Material) == 64 && sizeof(Mesh) == 56 && sizeof(Instance) == 112 &&
-              sizeof(Emitter) == 96 && sizeof(LightShape) == 32 && sizeof(MaterialModel) == 160 &&
-              sizeof(ClassicMaterial) == 64 && sizeof(SceneData) == 176);
-static_assert(sizeof(Texture) == 32 && sizeof(TextureSlot) == 96 && sizeof(MaterialInputs) == 48 &&
-              sizeof(MeshTextures) == 104 && sizeof(ObjectSpace) == 48);
+              sizeof(Emitter) == 88 && sizeof(LightShape) == 32 && sizeof(MaterialModel) == 160 &&
+              sizeof(ClassicMaterial) == 64 && sizeof(SceneData) == 336);
+static_assert(sizeof(Texture) == 32 && sizeof(MeshTextures) == 128 && sizeof(ObjectSpace) == 64 &&
+              sizeof(InstanceInfo) == 32);
 }  // namespace cotorra
 #endif
 

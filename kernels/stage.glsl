@@ -12,6 +12,12 @@
 layout(local_size_x = 64) in;
 layout(constant_id = 0) const uint KERNEL_FEATURES = 0xffffffffu;
 
+// What of the ops of programs this stage needs for the scene.
+layout(constant_id = 1) const uint PROGRAM_GROUPS = 0xffffffffu;
+layout(constant_id = 2) const uint PROGRAM_VARIANTS = 0xffffffffu;
+#define PROGRAM_GROUP(BIT) ((PROGRAM_GROUPS & (BIT)) != 0u)
+#define PROGRAM_VARIANT(BIT) ((PROGRAM_VARIANTS & (BIT)) != 0u)
+
 #include "wavefront.h"
 
 layout(push_constant, scalar) uniform PushConstants { WavePush push; };
@@ -30,7 +36,7 @@ WavePixel pixel_of(uint lane) { return LOAD(WAVE.pixels, push.first_pixel + lane
 
 // Random pair `pair` of the vertex that the path stands at.
 vec2 vertex_random(PathState path, uint block_seed, uint pair) {
-  return sampler_pair(path.random, sampler_pair_seed(block_seed, vertex_pair(path.bounce, pair)));
+  return sampler_pair(path.random, sampler_pair_seed(block_seed, vertex_pair(path.vertex, pair)));
 }
 
 // Only one invocation at a time works on a lane, so that sums need no atomics and come in one order.

@@ -34,6 +34,7 @@ struct Surface {
   float epsilon;     // metres that clear the rounding of p
   float terminator;  // shadow terminator geometry offset, 0 = none
   float side;        // 1: seen from the front, -1: from behind
+  float t;           // length of the ray that met it
 };
 
 FN vec3 instance_point(IN(Instance) i, vec3 p) { return i.x_axis * p.x + i.y_axis * p.y + i.z_axis * p.z + i.origin; }
@@ -44,6 +45,15 @@ FN vec3 instance_normal(IN(Instance) i, vec3 n) { return i.normal_x * n.x + i.no
 FN uvec3 mesh_normal_indices(IN(Mesh) mesh, uint triangle, uvec3 vertices) {
   if ((mesh.flags & MESH_SMOOTH_CORNER) != 0u) return LOAD(mesh.corners, triangle);
   return vertices;
+}
+
+// The material of a triangle; slots past the object's last use the last, as Blender does.
+FN uint triangle_material(IN(SceneData) scene, uint instance_id, uint triangle) {
+  const Instance instance = LOAD(scene.instances, instance_id);
+  Mesh mesh = LOAD(scene.meshes, instance.mesh);
+  uint slot = 0u;
+  if ((mesh.flags & MESH_HAS_SLOTS) != 0u) slot = min(LOAD(mesh.slots, triangle), instance.material_count - 1u);
+  return LOAD(scene.material_slots, instance.material_base + slot);
 }
 
 // The triangle of a hit in world space, and what belongs to it.
@@ -86,10 +96,7 @@ FN void surface_fetch(IN(SceneData) scene, uint instance_id, uint triangle, OUT(
     t.n2 = instance_normal(instance, t.n2);
   }
   t.orientation = select((instance.flags & INSTANCE_MIRRORED) != 0u, -1.0f, 1.0f);
-  // The material of the triangle's slot; slots past the object's last use the last, as Blender does.
-  uint slot = 0u;
-  if ((mesh.flags & MESH_HAS_SLOTS) != 0u) slot = min(LOAD(mesh.slots, triangle), instance.material_count - 1u);
-  t.material = LOAD(scene.material_slots, instance.material_base + slot);
+  t.material = triangle_material(scene, instance_id, triangle);
 }
 
 // Position and normals at barycentric u, v, seen along `direction`: both normals turn to the ray's side together, as in
@@ -116,6 +123,7 @@ FN void surface_from_hit(IN(SceneData) scene, IN(Hit) hit, vec3 direction, OUT(S
   surface_fetch(scene, hit.instance, hit.triangle, t);
   s.epsilon = surface_shape(t, hit.u, hit.v, direction, s.p, s.ng, s.n, s.side);
   s.material = t.material;
+  s.t = hit.t;
   s.terminator = t.terminator;
   s.u = hit.u;
   s.v = hit.v;

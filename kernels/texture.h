@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Reads images: texels of any depth, the three filters, the four ways to go on outside, sRGB, as Cycles does each of
-// them. Where a slot's coordinates come from, and what its value is for, is in material.h.
+// them. Where coordinates come from is told in program/.
 #ifndef COTORRA_TEXTURE_H
 #define COTORRA_TEXTURE_H
 
@@ -126,34 +126,13 @@ FN vec4 texture_filtered(IN(Texture) t, vec2 st, uint interpolation, uint extens
   return sum;
 }
 
-// A filtered texel without its alpha, linear.
-FN vec4 texture_decode(IN(Texture) t, IN(TextureSlot) slot, vec4 c) {
-  const bool divide = (slot.flags & TEXTURE_UNASSOCIATE) != 0u && c.w != 0.0f && c.w != 1.0f;
+// A filtered texel, linear, with its colour divided by its alpha where that is asked for.
+FN vec4 texture_linear(IN(Texture) t, bool unassociate, vec4 c) {
+  const bool divide = unassociate && c.w != 0.0f && c.w != 1.0f;
   const float scale = divide ? 1.0f / c.w : 1.0f;
   const vec3 rgb = vec3(c.x, c.y, c.z) * scale;
   if (t.srgb == 0u) return vec4(rgb.x, rgb.y, rgb.z, c.w);
   return vec4(srgb_decode(rgb.x), srgb_decode(rgb.y), srgb_decode(rgb.z), c.w);
-}
-
-// Colour and alpha that a slot reads at coordinates p.
-FN vec4 texture_lookup(IN(SceneData) scene, IN(TextureSlot) slot, vec3 p) {
-  Texture t = LOAD(scene.textures, slot.image);
-  const vec4 s = slot.mapping_s;
-  const vec4 v = slot.mapping_t;
-  const vec2 st = vec2(s.x * p.x + s.y * p.y + s.z * p.z + s.w, v.x * p.x + v.y * p.y + v.z * p.z + v.w);
-  return texture_decode(t, slot, texture_filtered(t, st, slot.interpolation, slot.extension));
-}
-
-// What a slot makes of what it read.
-FN vec3 texture_value(IN(TextureSlot) slot, vec4 c) {
-  vec3 value = vec3(c.x, c.y, c.z);
-  if (slot.channel == CHANNEL_R) value = vec3(c.x);
-  if (slot.channel == CHANNEL_G) value = vec3(c.y);
-  if (slot.channel == CHANNEL_B) value = vec3(c.z);
-  if (slot.channel == CHANNEL_A) value = vec3(c.w);
-  if (slot.channel == CHANNEL_LUMINANCE) value = vec3(luminance(value));
-  if (slot.threshold < INFINITE_DISTANCE) value = vec3(select(value.x < slot.threshold, 0.0f, 1.0f));
-  return value * slot.scale + slot.offset;
 }
 
 #ifdef __cplusplus

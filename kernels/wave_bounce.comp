@@ -66,6 +66,8 @@ void main() {
   PathState path = LOAD(WAVE.paths, lane);
   const Surface s = LOAD(WAVE.surfaces, lane);
   const Bsdf bsdf = LOAD(WAVE.bsdfs, lane);
+  Lobe lobe;
+  if (FEATURE(FEATURE_LOBES)) lobe = LOAD(WAVE.lobes, lane);
   const vec3 wo = -WAVE.rays.v[lane].direction;
   const uint block_seed = pixel_of(lane).block_seed;
   const vec2 u = vertex_random(path, block_seed, PAIR_BSDF);
@@ -73,7 +75,7 @@ void main() {
   CameraRay ray;
   ray.t_min = 0.0f;
   ray.t_max = INFINITE_DISTANCE;
-  if (!path_bounce(WAVE.scene, WAVE.integrator, path, s, bsdf, wo, u, choice, ray.origin, ray.direction)) return;
+  if (!path_bounce(WAVE.scene, WAVE.integrator, path, s, bsdf, lobe, wo, u, choice, ray.origin, ray.direction)) return;
   // A last ray can only bring light home: where there is none to find, it need not be traced.
   const bool finds =
       FEATURE(FEATURE_BSDF_RAYS) && (flag(WAVE_LAST_RAYS_FIND_LIGHT) || (path.ray_kind & RAY_MEETS_LAMPS) != 0u);

@@ -6,18 +6,18 @@
 #include "stage.glsl"
 #include "whitted.glsl"
 
-bool sample_lamp(uint slot, uint lamp_slots, float pick, uint block_seed, PathState path, Surface s, Bsdf bsdf, vec3 wo,
-                 out ShadowRay ray) {
+bool sample_lamp(uint slot, uint lamp_slots, float pick, uint block_seed, PathState path, Surface s, Bsdf bsdf,
+                 Lobe lobe, vec3 wo, out ShadowRay ray) {
   uint index = slot;
   float scale = 1.0f;
   if (!flag(WAVE_ALL_LIGHTS)) {
     const float u = (float(slot) + pick) / float(lamp_slots);
-    index = path_pick_light(WAVE.scene, s, min(u, 0.99999994f), scale);
+    index = path_pick_light(WAVE.scene, s, scatters_through(lobe), min(u, 0.99999994f), scale);
     scale /= float(lamp_slots);
   }
   if (index == INVALID_ID) return false;
   const vec2 u = vertex_random(path, block_seed, PAIR_LIGHTS + slot % LAST_SHARED_PAIR);
-  return path_sample_light(WAVE.scene, index, path, s, bsdf, wo, u, scale, ray);
+  return path_sample_light(WAVE.scene, index, path, s, bsdf, lobe, wo, u, scale, ray);
 }
 
 // The contribution is wave_shade.comp's, where the ray has one.
@@ -33,6 +33,8 @@ void send_sky(uint lane, PathState path, Surface s, uint block_seed) {
 void send_to_lights(uint lane, PathState path, Surface s, uint block_seed) {
   Bsdf bsdf;
   if (!FEATURE(FEATURE_TOON)) bsdf = LOAD(WAVE.bsdfs, lane);
+  Lobe lobe;
+  if (FEATURE(FEATURE_LOBES)) lobe = LOAD(WAVE.lobes, lane);
   const vec3 wo = -WAVE.rays.v[lane].direction;
   const bool emitters = FEATURE(FEATURE_EMISSIVE_MESHES) && WAVE.scene.emitter_count > 0u;
   const uint lamp_slots = push.light_slots - (emitters ? 1u : 0u);
@@ -43,10 +45,10 @@ void send_to_lights(uint lane, PathState path, Surface s, uint block_seed) {
     if (FEATURE(FEATURE_TOON)) {
       sent = toon_light_ray(WAVE.scene, slot, s, ray);
     } else if (slot < lamp_slots) {
-      sent = sample_lamp(slot, lamp_slots, pick.x, block_seed, path, s, bsdf, wo, ray);
+      sent = sample_lamp(slot, lamp_slots, pick.x, block_seed, path, s, bsdf, lobe, wo, ray);
     } else {
       const vec2 u = vertex_random(path, block_seed, PAIR_EMITTER);
-      sent = path_sample_emitter(WAVE.scene, path, s, bsdf, wo, pick.y, u, ray);
+      sent = path_sample_emitter(WAVE.scene, path, s, bsdf, lobe, wo, pick.y, u, ray);
     }
     const uint place = slot * WAVE.lanes + lane;
     if (!sent) {

@@ -16,9 +16,9 @@ void meet_lights(uint lane, PathState path, CameraRay ray, float t) {
   }
 }
 
-void escape(uint lane, PathState path) {
+void escape(uint lane, PathState path, vec3 direction) {
   if (FEATURE(FEATURE_WORLD)) {
-    const vec3 world = path_escape(WAVE.scene, path);
+    const vec3 world = path_escape(WAVE.scene, path, direction);
     if (FEATURE(FEATURE_DATA_PASSES) && path.bounce == 0u) WAVE.records.v[lane].environment += world;
     if (path.bounce > 0u || !flag(WAVE_TRANSPARENT)) add_light(lane, world, WAVE.scene.world_group);
   }
@@ -26,7 +26,7 @@ void escape(uint lane, PathState path) {
 }
 
 // Passes that describe the first surface.
-void record(uint lane, Surface s, Material material, Bsdf bsdf) {
+void record(uint lane, Surface s, Material material, vec3 diffuse) {
   WaveRecord r = LOAD(WAVE.records, lane);
   const vec2 offset = WAVE.samples.v[lane].offset;
   const Instance instance = LOAD(WAVE.scene.instances, s.instance);
@@ -39,7 +39,7 @@ void record(uint lane, Surface s, Material material, Bsdf bsdf) {
   r.normal = s.n;
   r.uv = surface_uv(WAVE.scene, s);
   r.uv_coverage = (LOAD(WAVE.scene.meshes, instance.mesh).flags & MESH_HAS_UV) != 0u ? 1.0f : 0.0f;
-  r.diffuse_color = bsdf.diffuse * PI;
+  r.diffuse_color = diffuse;
   STORE(WAVE.records, lane, r);
 }
 
@@ -76,7 +76,7 @@ bool shade(uint lane) {
     meet_lights(lane, path, ray, missed ? INFINITE_DISTANCE : hit.t);
   }
   if (missed) {
-    escape(lane, path);
+    escape(lane, path, ray.direction);
     return false;
   }
   Surface s;
@@ -88,20 +88,25 @@ bool shade(uint lane) {
     if (FEATURE(FEATURE_DATA_PASSES) && path.bounce == 0u) WAVE.records.v[lane].emission += emitted;
   }
   if (path_is_last(WAVE.integrator, path)) return false;  // it only brought light home
-  const vec3 smooth_normal = s.n;
-  if (FEATURE(FEATURE_TEXTURES)) {
-    material_fetch(WAVE.scene, s, material);
-    s.n = material_normal(WAVE.scene, s);
-  }
   // Neither Toon nor a picture of the sky asks what the surface does with light.
   const bool lit = !FEATURE(FEATURE_TOON) && !(FEATURE(FEATURE_OCCLUSION) && flag(WAVE_OCCLUSION_PICTURE));
   Bsdf bsdf;
-  if (lit || FEATURE(FEATURE_DATA_PASSES | FEATURE_TERMS)) {
+  Lobe lobe;
+  vec3 weight = vec3(1.0f);
+  if (FEATURE(FEATURE_PROGRAMS | FEATURE_LOBES)) {
+    const float u = vertex_random(path, pixel_of(lane).block_seed, PAIR_CLOSURE).x;
+    const ShaderPoint at = path_point(WAVE.scene, path, s, -ray.direction, hit.t);
+    SurfaceShading shading;
+    surface_shading(WAVE.scene, at, u, s, shading, bsdf, lobe);
+    material = shading.material;
+    weight = shading.weight;
+    path.throughput = path.throughput * weight;
+    WAVE.paths.v[lane].throughput = path.throughput;
+  } else if (lit || FEATURE(FEATURE_DATA_PASSES | FEATURE_TERMS)) {
     bsdf_prepare(WAVE.scene, material, s.n, s.ng, -ray.direction, bsdf);
-    if (FEATURE(FEATURE_TEXTURES)) bsdf.n_smooth = smooth_normal;
-    if (FEATURE(FEATURE_WHITTED)) whitted_prepare(material, LOAD(WAVE.scene.classic, s.material), bsdf);
   }
-  if (FEATURE(FEATURE_DATA_PASSES) && path.bounce == 0u) record(lane, s, material, bsdf);
+  if (FEATURE(FEATURE_WHITTED)) whitted_prepare(material, LOAD(WAVE.scene.classic, s.material), bsdf);
+  if (FEATURE(FEATURE_DATA_PASSES) && path.bounce == 0u) record(lane, s, material, bsdf.diffuse * weight * PI);
   if (FEATURE(FEATURE_TERMS) && flag(WAVE_TERMS_PASS) && path.bounce == 0u) {
     record_terms(lane, s, bsdf, -ray.direction);
   }
@@ -109,6 +114,7 @@ bool shade(uint lane) {
   if (FEATURE(FEATURE_TOON)) STORE(WAVE.base_colors, lane, material.base_color);
   STORE(WAVE.surfaces, lane, s);
   if (lit) STORE(WAVE.bsdfs, lane, bsdf);
+  if (FEATURE(FEATURE_LOBES) && lit) STORE(WAVE.lobes, lane, lobe);
   if (FEATURE(FEATURE_WHITTED)) push_children(lane, path, s, material, bsdf, -ray.direction);
   return true;
 }

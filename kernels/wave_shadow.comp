@@ -7,24 +7,19 @@
 #include "alpha.h"
 #include "trace.glsl"
 
-float alpha_of(Hit hit) {
-  TexturePoint at;
-  at.instance = hit.instance;
-  at.triangle = hit.triangle;
-  at.u = hit.u;
-  at.v = hit.v;
-  return alpha_at(WAVE.scene, at);
-}
-
 // Whitted: takes the ray straight across glass, and dims its light. Returns false where the surface stops it.
 bool cross_pane(Hit hit, inout ShadowRay ray, inout vec3 light) {
   Surface s;
   surface_from_hit(WAVE.scene, hit, ray.direction, s);
-  Material material = LOAD(WAVE.scene.materials, s.material);
-  if (FEATURE(FEATURE_TEXTURES)) material_fetch(WAVE.scene, s, material);
+  ShaderPoint at = shader_point(s, -ray.direction, hit.t);
+  at.ray_kind = VISIBLE_SHADOW;
+  SurfaceShading shading;
+  Bsdf bsdf;
+  Lobe lobe;
+  surface_shading(WAVE.scene, at, 0.5f, s, shading, bsdf, lobe);
   ray.origin = surface_ray_origin(s.p, s.ng, s.epsilon, ray.direction);
   ray.t_max -= hit.t;
-  return whitted_cross_pane(material, LOAD(WAVE.scene.classic, s.material), s, ray.direction, hit.t, light);
+  return whitted_cross_pane(shading.material, LOAD(WAVE.scene.classic, s.material), s, ray.direction, hit.t, light);
 }
 
 void main() {
@@ -36,25 +31,32 @@ void main() {
   uint crossed = WAVE.paths.v[place % WAVE.lanes].transparent_bounces;
   uint panes = 0u;
   float t_min = 0.0f;
-  float kept = 1.0f;  // share of the light that is left
+  vec3 kept = vec3(1.0f);  // share of the light that is left
   vec3 light = ray.contribution;
   while (true) {
     Hit hit;
     // Any surface will do, unless light may come through it.
     const bool any = !FEATURE(FEATURE_TRANSPARENCY) && !sees_through;
     if (!trace(ray.origin, ray.direction, t_min, ray.t_max, ray.visibility, any, hit)) break;
-    const float alpha = FEATURE(FEATURE_TRANSPARENCY) ? alpha_of(hit) : 1.0f;
-    if (sees_through && alpha >= 1.0f) {
+    vec3 share = vec3(0.0f);
+    if (FEATURE(FEATURE_TRANSPARENCY)) share = hit_transparency(WAVE.scene, hit, ray.direction, VISIBLE_SHADOW);
+    if (sees_through && !(max_component(share) > 0.0f)) {
       panes += 1u;
       t_min = 0.0f;
       if (panes <= WHITTED_PANES && cross_pane(hit, ray, light)) continue;
     }
     crossed += 1u;
-    kept = shadow_kept(WAVE.integrator, crossed, kept * (1.0f - alpha));
-    if (!(kept > 0.0f)) break;
+    kept = kept * share;
+    if (!(shadow_kept(WAVE.integrator, crossed, max_component(kept)) > 0.0f)) {
+      kept = vec3(0.0f);
+      break;
+    }
     t_min = hit.t;
   }
-  WAVE.shadow_rays.v[place].t_max = kept;
+  // What has a colour dims the light itself; the rest is the share that arrives.
+  const float arrived = max_component(kept);
+  WAVE.shadow_rays.v[place].t_max = arrived;
+  if (arrived > 0.0f && min(kept.x, min(kept.y, kept.z)) < arrived) light = light * (kept * (1.0f / arrived));
   // A pane is not a shadow: what it takes away is missing from the light that could arrive, too.
-  if (sees_through && kept > 0.0f) WAVE.shadow_rays.v[place].contribution = light;
+  if ((sees_through || FEATURE(FEATURE_PROGRAMS)) && arrived > 0.0f) WAVE.shadow_rays.v[place].contribution = light;
 }

@@ -120,6 +120,7 @@ BUFFER_RW(PathState, PathStateRwBuffer)
 BUFFER_RW(Hit, HitRwBuffer)
 BUFFER_RW(Surface, SurfaceRwBuffer)
 BUFFER_RW(Bsdf, BsdfRwBuffer)
+BUFFER_RW(Lobe, LobeRwBuffer)
 BUFFER_RW(ShadowRay, ShadowRayRwBuffer)
 BUFFER_RW(WaveSample, WaveSampleRwBuffer)
 BUFFER_RW(WaveRecord, WaveRecordRwBuffer)
@@ -138,7 +139,7 @@ struct AccelerationData {
 // Everything that stays the same while a session renders. Of `bvh` and `acceleration` only that is filled which the
 // stages were compiled for (trace.glsl).
 struct WaveData {
-  SceneData scene;
+  RECORD_REF(SceneData) scene;
   BvhData bvh;
   AccelerationData acceleration;
   UintRwBuffer counters;
@@ -152,6 +153,7 @@ struct WaveData {
   HitRwBuffer hits;
   SurfaceRwBuffer surfaces;
   BsdfRwBuffer bsdfs;
+  LobeRwBuffer lobes;  // with FEATURE_LOBES
   ShadowRayRwBuffer shadow_rays;
   WaveSampleRwBuffer samples;
   WaveRecordRwBuffer records;
@@ -191,7 +193,7 @@ struct WaveData {
   float outline_y;
   float rows;        // of the whole picture, pixels
 };
-BUFFER_REF(WaveData, WaveDataBuffer)
+BUFFER_RW(WaveData, WaveDataBuffer)
 
 // What a dispatch is told: pixels [first_pixel, + pixel_count), samples [first_sample, + sample_count) of each.
 struct WavePush {
@@ -210,7 +212,7 @@ struct WavePush {
 
 #ifdef __cplusplus
 static_assert(sizeof(WavePixel) == 16 && sizeof(WaveSample) == 24 && sizeof(WaveRecord) == 104 &&
-              sizeof(WaveTree) == 8 && sizeof(WavePending) == 100 && sizeof(WaveTerms) == 20 &&
+              sizeof(WaveTree) == 8 && sizeof(WavePending) == 116 && sizeof(WaveTerms) == 20 &&
               sizeof(WavePush) == 48 && sizeof(TracedGeometry) == 8);
 }  // namespace cotorra
 #endif

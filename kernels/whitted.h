@@ -137,6 +137,7 @@ FN bool whitted_advance(INOUT(PathState) path, IN(Surface) s, vec3 direction, ve
   path.kind_weight = vec3(1.0f);
   path.normal = s.n;
   path.bounce += 1u;
+  path.vertex += 1u;
   path.ray_kind = kind | RAY_MEETS_LAMPS;
   // The transmitted branch takes its random numbers from elsewhere in the sequence than the reflected one: a digital
   // shift, which keeps them stratified.

@@ -27,7 +27,7 @@ struct AlphaContext {
   std::array<uint, kWidth> before{};   // shadow rays: surfaces that their path crossed
   std::array<uint, kWidth> passed{};   // by the ray itself, whatever stops it later
   std::array<uint, kWidth> crossed_by_path{};  // paths: of those, what lies before the surface that was met
-  std::array<float, kWidth> kept{};  // shadow rays: share of their light that is left
+  std::array<vec3, kWidth> kept{};  // shadow rays: share of their light that is left
   std::array<std::array<std::uint64_t, 16>, kWidth> crossed{};  // triangles that were passed last
   // Paths: distances to the surfaces passed, the nearest limit + 1 of each ray, in order.
   std::vector<float> distances;
@@ -41,17 +41,27 @@ template <class T>
 T filter_field(const void *records, unsigned int field, const embree::FilterArguments &a, std::size_t k) {
   return static_cast<const T *>(records)[field * a.count + k];
 }
-constexpr unsigned int kRayFar = 8, kRayId = 10;
+constexpr unsigned int kRayDirection = 4, kRayFar = 8, kRayId = 10;
 constexpr unsigned int kHitU = 3, kHitV = 4, kHitTriangle = 5, kHitGeometry = 6, kHitInstance = 7, kHitPlace = 8;
 
 template <int kWidth>
-TexturePoint filtered_point(const AlphaContext<kWidth> &c, const embree::FilterArguments &a, std::size_t k) {
+Hit filtered_hit(const AlphaContext<kWidth> &c, const embree::FilterArguments &a, std::size_t k) {
   const auto array = filter_field<std::uint32_t>(a.hit, kHitInstance, a, k);
   const uint instance = array != embree::kInvalidId
                             ? c.first_instances[array] + filter_field<std::uint32_t>(a.hit, kHitPlace, a, k)
                             : c.first_instances[filter_field<std::uint32_t>(a.hit, kHitGeometry, a, k)];
-  return {instance, filter_field<std::uint32_t>(a.hit, kHitTriangle, a, k), filter_field<float>(a.hit, kHitU, a, k),
-          filter_field<float>(a.hit, kHitV, a, k)};
+  Hit hit{};
+  hit.t = filter_field<float>(a.ray, kRayFar, a, k);
+  hit.u = filter_field<float>(a.hit, kHitU, a, k);
+  hit.v = filter_field<float>(a.hit, kHitV, a, k);
+  hit.triangle = filter_field<std::uint32_t>(a.hit, kHitTriangle, a, k);
+  hit.instance = instance;
+  return hit;
+}
+
+vec3 filtered_direction(const embree::FilterArguments &a, std::size_t k) {
+  return {filter_field<float>(a.ray, kRayDirection, a, k), filter_field<float>(a.ray, kRayDirection + 1, a, k),
+          filter_field<float>(a.ray, kRayDirection + 2, a, k)};
 }
 
 // Notes the distance of a surface that ray `id` passed.
@@ -69,7 +79,7 @@ void note_pass(AlphaContext<kWidth> &c, std::size_t id, float t) {
 
 // Did ray `id` pass this triangle before? Embree's packets ask of one in ten twice.
 template <int kWidth>
-bool crossed_before(AlphaContext<kWidth> &c, std::size_t id, const TexturePoint &at) {
+bool crossed_before(AlphaContext<kWidth> &c, std::size_t id, const Hit &at) {
   const std::uint64_t key = std::uint64_t{at.instance} << 32 | at.triangle;
   auto &crossed = c.crossed[id];
   const auto end = crossed.begin() + std::min<std::ptrdiff_t>(c.passed[id], std::ssize(crossed));
@@ -84,11 +94,11 @@ void filter_path(const embree::FilterArguments *a) {
   auto &c = *reinterpret_cast<AlphaContext<kWidth> *>(a->context);
   for (std::size_t k = 0; k < a->count; ++k) {
     if (a->valid[k] == 0) continue;
-    const TexturePoint at = filtered_point(c, *a, k);
-    const float alpha = alpha_at(*c.scene, at);
-    if (alpha >= 1.0f) continue;
+    const Hit at = filtered_hit(c, *a, k);
     const auto id = filter_field<std::uint32_t>(a->ray, kRayId, *a, k);
     const PathState &path = c.paths[id];
+    const float alpha = hit_alpha(*c.scene, at, filtered_direction(*a, k), path.ray_kind);
+    if (alpha >= 1.0f) continue;
     if (alpha_number(path.random, path.bounce, c.block_seed, at.instance, at.triangle) < alpha) continue;
     a->valid[k] = 0;
     if (c.limit < TRANSPARENT_UNLIMITED && !crossed_before(c, id, at)) {
@@ -103,14 +113,15 @@ void filter_shadow(const embree::FilterArguments *a) {
   auto &c = *reinterpret_cast<AlphaContext<kWidth> *>(a->context);
   for (std::size_t k = 0; k < a->count; ++k) {
     if (a->valid[k] == 0) continue;
-    const TexturePoint at = filtered_point(c, *a, k);
+    const Hit at = filtered_hit(c, *a, k);
     const auto id = filter_field<std::uint32_t>(a->ray, kRayId, *a, k);
-    const float left = 1.0f - alpha_at(*c.scene, at);
+    const vec3 share = hit_transparency(*c.scene, at, filtered_direction(*a, k), VISIBLE_SHADOW);
+    const float left = max_component(share);
     if (left > 0.0f && crossed_before(c, id, at)) {
       a->valid[k] = 0;
       continue;
     }
-    c.kept[id] *= left;
+    c.kept[id] *= share;
     const uint crossed = c.before[id] + ++c.passed[id];
     if (left > 0.0f && (crossed <= c.limit || c.limit >= TRANSPARENT_UNLIMITED)) a->valid[k] = 0;
   }

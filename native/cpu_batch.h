@@ -58,7 +58,7 @@ void occluded(const embree::Api &rtc, const int *valid, embree::Scene bvh, embre
               embree::QueryArguments *arguments) {
   if (FEATURE(FEATURE_TRANSPARENCY) && arguments->context != nullptr) {
     set_filter(*alpha_of(*arguments), *packet, filter_shadow<kWidth>, *arguments);
-    alpha_of(*arguments)->kept.fill(1.0f);
+    alpha_of(*arguments)->kept.fill(vec3(1.0f));
   }
 #if COTORRA_PACKET == 16
   rtc.occluded16(valid, bvh, packet, arguments);
@@ -70,8 +70,8 @@ void occluded(const embree::Api &rtc, const int *valid, embree::Scene bvh, embre
 }
 
 // Share of ray k's light that an occlusion query with these arguments left, where nothing stopped it.
-float light_kept(const embree::QueryArguments &arguments, std::size_t k) {
-  return FEATURE(FEATURE_TRANSPARENCY) && arguments.context != nullptr ? alpha_of(arguments)->kept[k] : 1.0f;
+vec3 light_kept(const embree::QueryArguments &arguments, std::size_t k) {
+  return FEATURE(FEATURE_TRANSPARENCY) && arguments.context != nullptr ? alpha_of(arguments)->kept[k] : vec3(1.0f);
 }
 
 // A packet as it was before it was traced, for RenderJob::measure_tracing.
@@ -101,6 +101,8 @@ struct ClassicLanes {
   Array<OutlinePoint, kLanes> middle;
   Array<OutlineSums, kLanes> sums;
 };
+
+struct ProgramLanes;
 
 // The paths of a batch. Lanes are compacted at each vertex: `slot` tells which sample a lane belongs to.
 struct Batch final : Workspace {
@@ -132,6 +134,8 @@ struct Batch final : Workspace {
   // What a call adds to the tile, kept apart so that a cancelled call leaves nothing half done.
   FilmTile staged;
   std::unique_ptr<ClassicLanes> classic;
+  std::unique_ptr<ProgramLanes> programs;  // where a material varies
+  Array<SurfaceShading, FEATURE(FEATURE_PROGRAMS) ? kLanes : 1> shaded;
   Alpha alpha_context;
 };
 

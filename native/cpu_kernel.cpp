@@ -17,7 +17,9 @@ constexpr std::uint32_t KERNEL_FEATURES = COTORRA_KERNEL_FEATURES;
 #include "cpu_batch.h"
 #include "cpu_camera.h"
 #include "cpu_occlusion.h"
+#include "cpu_passes.h"
 #include "cpu_staged.h"
+#include "cpu_surface.h"
 #include "cpu_terms.h"
 #include "cpu_toon.h"
 #include "cpu_visibility.h"
@@ -30,8 +32,8 @@ class Renderer {
  public:
   Renderer(const RenderJob &job, Batch &batch, RayCounts &counts, int x0, int y0)
       : job_(job), scene_(*job.scene), b_(batch), counts_(counts) {
-    limits_ = {job.limits.max_bounces, job.limits.diffuse_bounces, job.limits.glossy_bounces, job.limits.roulette_start,
-               job.limits.transparent_bounces};
+    limits_ = {job.limits.max_bounces,    job.limits.diffuse_bounces,     job.limits.glossy_bounces,
+               job.limits.roulette_start, job.limits.transparent_bounces, job.limits.transmission_bounces};
     block_seed_ = sampler_block_seed(static_cast<uint>(x0), static_cast<uint>(y0), job.sample_bits, job.seed);
     arguments_.feature_mask = job.embree_features;
     if (FEATURE(FEATURE_TRANSPARENCY)) {
@@ -60,7 +62,7 @@ class Renderer {
       lanes = bounce_rays(lanes, bounce);
       counts_.bounce += static_cast<std::uint64_t>(lanes);
     }
-    add(pixels, first, per_pixel);
+    stage_samples(tracer_, pixels, first, per_pixel);
   }
 
  private:
@@ -126,7 +128,7 @@ class Renderer {
         meet_lights(path, slot, origin, direction, missed ? INFINITE_DISTANCE : p.ray.tfar[k]);
       }
       if (missed) {
-        escape(path, slot, bounce);
+        escape(path, slot, bounce, direction);
         continue;
       }
       const Hit hit = packet_hit(job_, p, k);
@@ -143,6 +145,7 @@ class Renderer {
       b_.hit.set(next, triangle, hit, direction);
       b_.shading.terminator[next] = triangle.terminator;
       b_.shading.throughput.set(next, path.throughput);
+      b_.surface[next].t = hit.t;
       b_.surface[next].instance = hit.instance;
       b_.surface[next].triangle = hit.triangle;
       b_.surface[next].material = triangle.material;
@@ -163,19 +166,30 @@ class Renderer {
       s.side = b_.hit.side[i];
       s.u = b_.hit.u[i];
       s.v = b_.hit.v[i];
-      Material textured;
-      const vec3 smooth = s.n;
-      if (FEATURE(FEATURE_TEXTURES)) {
-        material_fetch(scene_, s, textured);
-        s.n = material_normal(scene_, s);
-      }
-      const Material &material = FEATURE(FEATURE_TEXTURES) ? textured : scene_.materials.v[s.material];
+    }
+    if (FEATURE(FEATURE_PROGRAMS)) {
+      Array<float, kLanes> choice, unused;
+      fill_pairs(b_.random.data(), count, pair_seed(bounce, PAIR_CLOSURE), choice.data(), unused.data());
+      draw_surfaces(tracer_, count, choice.data());
+    }
+    for (std::size_t i = 0; i < next; ++i) {
+      const Surface &s = b_.surface[i];
+      const Material &material = FEATURE(FEATURE_PROGRAMS) ? b_.shaded[i].material : scene_.materials.v[s.material];
       Bsdf bsdf;
-      bsdf_prepare(scene_, material, s.n, s.ng, b_.shading.wo.get(i), bsdf);
-      if (FEATURE(FEATURE_TEXTURES)) bsdf.n_smooth = smooth;
+      if (FEATURE(FEATURE_PROGRAMS) && b_.shaded[i].kind != CLOSURE_KINDS) {
+        bsdf = b_.shading.bsdf(i);
+      } else {
+        const vec3 smooth = b_.shading.n.get(i);
+        bsdf_prepare(scene_, material, s.n, s.ng, b_.shading.wo.get(i), bsdf);
+        if (FEATURE(FEATURE_LOBES)) b_.shading.lobe[i].kind = LOBE_NONE;
+        if (FEATURE(FEATURE_PROGRAMS)) bsdf.n_smooth = smooth;
+      }
       if (wants(FEATURE_WHITTED)) whitted_prepare(material, scene_.classic.v[s.material], bsdf);
       b_.shading.set_bsdf(i, bsdf);
-      if (FEATURE(FEATURE_DATA_PASSES) && bounce == 0) record(b_.slot[i], s, material, bsdf);
+      if (FEATURE(FEATURE_DATA_PASSES) && bounce == 0) {
+        const vec3 weight = FEATURE(FEATURE_PROGRAMS) ? b_.shaded[i].weight : vec3(1.0f);
+        record_surface(tracer_, b_.slot[i], s, material, bsdf.diffuse * weight * PI);
+      }
       if (FEATURE(FEATURE_TERMS) && bounce == 0 && job_.passes.terms) {
         record_terms(scene_, s.p, bsdf, b_.shading.wo.get(i), b_.pixel[b_.slot[i]], b_);
       }
@@ -207,40 +221,15 @@ class Renderer {
     }
   }
 
-  void escape(const PathState &path, uint slot, uint bounce) {
+  void escape(const PathState &path, uint slot, uint bounce, vec3 direction) {
     if (FEATURE(FEATURE_WORLD)) {
-      const vec3 world = path_escape(scene_, path);
+      const vec3 world = path_escape(scene_, path, direction);
       if (FEATURE(FEATURE_DATA_PASSES) && bounce == 0 && job_.passes.environment) {
         b_.staged.environment[b_.pixel[slot]] += film_vector(world);
       }
       if (bounce > 0 || !job_.transparent) add_light(slot, world, scene_.world_group);
     }
     if (bounce == 0) b_.alpha[slot] = 0.0f;
-  }
-
-  // Passes that describe the first surface. `slot` is the sample, whose filter offset u, v still hold.
-  void record(uint slot, const Surface &s, const Material &material, const Bsdf &bsdf) {
-    const std::size_t pixel = b_.pixel[slot];
-    if (job_.passes.nearest) {
-      NearestRecord &r = b_.staged.nearest[pixel];
-      const float distance2 = sqr(b_.u[slot]) + sqr(b_.v[slot]);
-      if (distance2 < r.distance2) {
-        r.distance2 = distance2;
-        r.depth = film_number(camera_depth(job_.camera, s.p));
-        r.position = film_vector(s.p);
-        r.object_index = static_cast<float>(scene_.instances.v[s.instance].pass_index);
-        r.material_index = static_cast<float>(material.pass_index);
-      }
-    }
-    if (job_.passes.surface) {
-      SurfaceRecord &r = b_.staged.surface[pixel];
-      r.normal += film_vector(s.n);
-      const vec2 uv = surface_uv(scene_, s);
-      r.uv = r.uv + vec2(film_number(uv.x), film_number(uv.y));
-      const Mesh &mesh = scene_.meshes.v[scene_.instances.v[s.instance].mesh];
-      r.uv_coverage += (mesh.flags & MESH_HAS_UV) != 0u ? 1.0f : 0.0f;
-      r.diffuse_color += film_vector(bsdf.diffuse * PI);
-    }
   }
 
   // ---- Stage 4: light from lamps and emitting triangles, with shadow rays.
@@ -265,13 +254,13 @@ class Renderer {
                  b_.v2.data());
     }
     const Light &light = scene_.lights.v[index];
-    const uint scattering = VISIBLE_DIFFUSE | VISIBLE_GLOSSY;
+    const uint scattering = VISIBLE_SCATTERED | (wants(FEATURE_LOBES) ? VISIBLE_TRANSMISSION : 0u);
     if ((light.visibility & scattering) != scattering) {  // rare: lobe by lobe
       for (std::size_t i = 0; i < static_cast<std::size_t>(lanes); ++i)
         sample_lane(index, i, vec2(b_.u2[i], b_.v2[i]), 1.0f, bounce);
       return;
     }
-    sample_lamp_of(light)(light, b_.shading, b_.u2.data(), b_.v2.data(), lanes, b_.light);
+    sample_lamp_of(light)(scene_, light, b_.shading, b_.u2.data(), b_.v2.data(), lanes, b_.light);
     if (FEATURE(FEATURE_LIGHT_SHAPES) && (light.flags & LIGHT_SHAPED) != 0u) {
       shape_lamp(scene_.light_shapes.v[index], light, b_.shading, lanes, b_.light);
     }
@@ -291,8 +280,8 @@ class Renderer {
 
   void sample_lane(uint index, std::size_t i, vec2 u, float scale, uint bounce) {
     ShadowRay ray;
-    if (path_sample_light(scene_, index, b_.path[i], b_.surface[i], b_.shading.bsdf(i), b_.shading.wo.get(i), u, scale,
-                          ray)) {
+    if (path_sample_light(scene_, index, b_.path[i], b_.surface[i], b_.shading.bsdf(i), b_.shading.lobe_of(i),
+                          b_.shading.wo.get(i), u, scale, ray)) {
       queue_shadow(ray, i, bounce);
     }
   }
@@ -307,7 +296,8 @@ class Renderer {
       for (std::size_t i = 0; i < static_cast<std::size_t>(lanes); ++i) {
         float scale;
         const float u = (static_cast<float>(k) + pick[i]) / static_cast<float>(picks);
-        const uint index = path_pick_light(scene_, b_.surface[i], min(u, 0.99999994f), scale);
+        const uint index =
+            path_pick_light(scene_, b_.surface[i], scatters_through(b_.shading.lobe_of(i)), min(u, 0.99999994f), scale);
         if (index != INVALID_ID) {
           sample_lane(index, i, vec2(b_.u2[i], b_.v2[i]), scale / static_cast<float>(picks), bounce);
         }
@@ -321,8 +311,8 @@ class Renderer {
     fill_pairs(b_.random.data(), lanes, pair_seed(bounce, PAIR_EMITTER), b_.u2.data(), b_.v2.data());
     for (std::size_t i = 0; i < static_cast<std::size_t>(lanes); ++i) {
       ShadowRay ray;
-      if (path_sample_emitter(scene_, b_.path[i], b_.surface[i], b_.shading.bsdf(i), b_.shading.wo.get(i), pick[i],
-                              vec2(b_.u2[i], b_.v2[i]), ray)) {
+      if (path_sample_emitter(scene_, b_.path[i], b_.surface[i], b_.shading.bsdf(i), b_.shading.lobe_of(i),
+                              b_.shading.wo.get(i), pick[i], vec2(b_.u2[i], b_.v2[i]), ray)) {
         queue_shadow(ray, i, bounce);
       }
     }
@@ -375,10 +365,10 @@ class Renderer {
 
   // Takes out of the shadow ray's light what transparent surfaces kept of it.
   void dim_shadow(std::size_t k, uint bounce) {
-    const float kept = light_kept(arguments_, k);
+    const vec3 kept = light_kept(arguments_, k);
     if (FEATURE(FEATURE_DATA_PASSES) && bounce == 0 && job_.passes.shadow && b_.shadow.tfar[k] >= 0.0f) {
       b_.staged.shadow[b_.pixel[b_.shadow_slot[k]]].unshadowed +=
-          film_number(luminance(b_.shadow_contribution[k]) * (1.0f - kept));
+          film_number(luminance(b_.shadow_contribution[k] * (vec3(1.0f) - kept)));
     }
     if (b_.shadow.tfar[k] >= 0.0f) b_.shadow_contribution[k] *= kept;
   }
@@ -398,14 +388,25 @@ class Renderer {
     fill_pairs(b_.random.data(), lanes, pair_seed(bounce, PAIR_BSDF), b_.u2.data(), b_.v2.data());
     Array<float, kLanes> choice, roulette;
     fill_pairs(b_.random.data(), lanes, pair_seed(bounce, PAIR_CHOICE), choice.data(), roulette.data());
-    sample_bsdf(b_.shading, choice.data(), b_.u2.data(), b_.v2.data(), lanes, b_.bounce);
+    sample_bsdf(scene_, b_.shading, choice.data(), b_.u2.data(), b_.v2.data(), lanes, b_.bounce);
     std::size_t next = 0;
     for (std::size_t i = 0; i < static_cast<std::size_t>(lanes); ++i) {
       PathState path = b_.path[i];
       const BsdfSample sample{b_.bounce.wi.get(i), b_.bounce.pdf[i], b_.bounce.weight.get(i), b_.bounce.lobe[i]};
       vec3 origin;
-      if (!path_advance(limits_, path, b_.surface[i], sample, roulette[i], origin)) continue;
-      if (scene_.light_kinds != 0u) path_note_kind(b_.shading.bsdf(i), b_.shading.wo.get(i), sample.wi, path);
+      if (FEATURE(FEATURE_PROGRAMS) && (b_.shading.lobes[i] & BSDF_THROUGH) != 0u) {
+        const vec3 wo = b_.shading.wo.get(i);
+        if (!path_pass(scene_, path, b_.surface[i], wo, origin)) continue;
+        start_ray(b_.packets[next / kWidth], next % kWidth, origin, -wo, 0.0f, INFINITE_DISTANCE,
+                  path.ray_kind & VISIBLE_ALL);
+        b_.path[next] = path;
+        b_.slot[next] = b_.slot[i];
+        ++next;
+        continue;
+      }
+      if (!path_advance(scene_, limits_, path, b_.surface[i], sample, roulette[i], origin)) continue;
+      if (scene_.light_kinds != 0u)
+        path_note_kind(b_.shading.bsdf(i), b_.shading.lobe_of(i), b_.shading.wo.get(i), sample.wi, path);
       // A last ray can only bring light home: where there is none to find, it need not be traced.
       const bool finds =
           FEATURE(FEATURE_BSDF_RAYS) && (job_.last_rays_find_light || (path.ray_kind & RAY_MEETS_LAMPS) != 0u);
@@ -465,7 +466,7 @@ class Renderer {
     for (std::size_t i = 0; i < static_cast<std::size_t>(met); ++i) {
       const Surface &s = b_.surface[i];
       const ClassicMaterial &classic = scene_.classic.v[s.material];
-      const vec3 tone = toon_color(surface_material(scene_, s), classic, b_.classic->lit[i], scene_.light_count);
+      const vec3 tone = toon_color(lane_material(tracer_, i), classic, b_.classic->lit[i], scene_.light_count);
       add_light(b_.slot[i], tone, -1);
     }
     const float reach = job_.classic.outline_y / job_.classic.rows;
@@ -487,35 +488,11 @@ class Renderer {
       const Surface &s = b_.surface[i];
       const float sky = b_.classic->sky[i];
       if (term) {
-        const vec3 light = ambient_term(surface_material(scene_, s), scene_.classic.v[s.material], c.ambient);
+        const vec3 light = ambient_term(lane_material(tracer_, i), scene_.classic.v[s.material], c.ambient);
         add_light(b_.slot[i], b_.path[i].throughput * light * (c.occluded ? sky : 1.0f), -1);
       }
       if (pass) b_.staged.occlusion[b_.pixel[b_.slot[i]]] += sky;
       if (picture) b_.radiance[b_.slot[i]] = vec3(sky);
-    }
-  }
-
-  // ---- Stage 6: add the samples to their pixels.
-  void add(std::span<const std::uint16_t> pixels, uint first, uint per_pixel) {
-    std::size_t slot = 0;
-    for (const std::uint16_t pixel : pixels) {
-      FilmPixel sum{vec3(0.0f), 0.0f};
-      vec3 odd(0.0f);
-      for (uint s = 0; s < per_pixel; ++s, ++slot) {
-        vec3 radiance = b_.radiance[slot];
-        const bool finite = film_add(sum, radiance, b_.alpha[slot]);
-        counts_.rejected += finite ? 0u : 1u;
-        if (((first + s) & 1u) != 0u) odd += radiance;
-        if (FEATURE(FEATURE_LIGHT_GROUPS) && finite) {
-          const std::size_t n = job_.passes.light_groups;
-          for (std::size_t g = 0; g < n; ++g) b_.staged.groups[pixel * n + g] += film_vector(b_.groups[slot * n + g]);
-        }
-        if (FEATURE(FEATURE_TERMS) && finite) stage_lamps(job_.passes, slot, pixel, b_);
-      }
-      FilmPixel &p = b_.staged.pixels[pixel];
-      p.radiance += sum.radiance;
-      p.alpha += sum.alpha;
-      if (job_.passes.error) b_.staged.odd[pixel] += odd;
     }
   }
 
@@ -534,6 +511,10 @@ std::unique_ptr<Workspace> make_workspace(const RenderJob &job) {
   if ((KERNEL_FEATURES & job.features & (FEATURE_WHITTED | FEATURE_OCCLUSION | FEATURE_TOON)) != 0u) {
     batch->classic = std::make_unique<ClassicLanes>();
     batch->classic->pending.resize(job.classic.depth + 1u);
+  }
+  if ((KERNEL_FEATURES & job.features & FEATURE_PROGRAMS) != 0u) {
+    batch->programs = std::make_unique<ProgramLanes>();
+    batch->programs->registers.resize(std::size_t{job.program_registers} * kProgramStride);
   }
   return batch;
 }

@@ -16,7 +16,7 @@
 namespace cotorra {
 
 struct PathLimits {  // kernels/integrator.h, IntegratorData
-  std::uint32_t max_bounces, diffuse_bounces, glossy_bounces, roulette_start, transparent_bounces;
+  std::uint32_t max_bounces, diffuse_bounces, glossy_bounces, roulette_start, transparent_bounces, transmission_bounces;
 };
 
 enum class Integrator { kDirect, kPath, kWhitted, kOcclusion, kToon };
@@ -49,6 +49,7 @@ struct RenderJob {
   std::uint32_t embree_features;
   std::uint32_t features;      // FEATURE_* in use
   std::uint32_t seed;
+  std::uint32_t program_registers;  // numbers that the largest program keeps
   std::uint32_t sample_bits;   // log2 of the samples a pixel, rounded up
   std::uint32_t lights_at_once;  // all lamps are sampled at a vertex while there are at most so many
   bool transparent;

@@ -5,19 +5,26 @@
 #include <stdexcept>
 
 #include "cpu_kernel.h"
+#include "cpu_program.h"
 
 namespace cotorra {
 
 #define COTORRA_KERNEL(NAME) extern const CpuKernel NAME;
+#define COTORRA_PROGRAM(NAME, LEVEL) extern const RunProgram NAME;
 #include "cpu_kernel_list.inc"
 #undef COTORRA_KERNEL
+#undef COTORRA_PROGRAM
 
 namespace {
 #define COTORRA_KERNEL(NAME) &NAME,
+#define COTORRA_PROGRAM(NAME, LEVEL)
 const CpuKernel *const kKernels[] = {
 #include "cpu_kernel_list.inc"
 };
 #undef COTORRA_KERNEL
+#undef COTORRA_PROGRAM
+
+constexpr const char *kTooOld = "This processor lacks SSE 4.2 (x86-64-v2), which Cotorra needs";
 }  // namespace
 
 std::span<const CpuKernel *const> cpu_kernels() { return kKernels; }
@@ -49,9 +56,22 @@ const CpuKernel &choose_cpu_kernel(std::uint32_t features) {
     if (better) best = kernel;
   }
   if (best == nullptr) {
-    throw std::runtime_error("This processor lacks SSE 4.2 (x86-64-v2), which Cotorra needs");
+    throw std::runtime_error(kTooOld);
   }
   return *best;
+}
+
+RunProgram choose_cpu_program() {
+  const std::uint32_t level = cpu_isa_level();
+  RunProgram best = nullptr;  // levels are listed from the lowest
+#define COTORRA_KERNEL(NAME)
+#define COTORRA_PROGRAM(NAME, LEVEL) \
+  if (LEVEL <= level) best = NAME;
+#include "cpu_kernel_list.inc"
+#undef COTORRA_KERNEL
+#undef COTORRA_PROGRAM
+  if (best == nullptr) throw std::runtime_error(kTooOld);
+  return best;
 }
 
 }  // namespace cotorra

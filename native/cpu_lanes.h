@@ -50,6 +50,7 @@ struct ShadingLanes {
   Floats p_glossy, no, alpha2, s_o, eta, fresnel_f0;
   Array<uint, kLanes> lobes;
   Array<ModelBsdf, FEATURE(FEATURE_MODELS) ? kLanes : 1> model;
+  Array<Lobe, FEATURE(FEATURE_LOBES) ? kLanes : 1> lobe;  // where its kind is not LOBE_NONE, it takes over
 
   void set_bsdf(std::size_t i, const Bsdf &b) {
     if (FEATURE(FEATURE_MODELS)) {
@@ -58,7 +59,7 @@ struct ShadingLanes {
     }
     n.set(i, b.n);
     diffuse.set(i, b.diffuse);
-    if (FEATURE(FEATURE_TEXTURES)) n_smooth.set(i, b.n_smooth);
+    if (FEATURE(FEATURE_PROGRAMS)) n_smooth.set(i, b.n_smooth);
     if (!FEATURE(FEATURE_SPECULAR)) return;
     n_glossy.set(i, b.n_glossy);
     metal_f0.set(i, b.metal_f0);
@@ -74,6 +75,12 @@ struct ShadingLanes {
     fresnel_f0[i] = b.fresnel_f0;
     lobes[i] = b.lobes;
   }
+  void set_lobe(std::size_t i, const Lobe &l) {
+    lobe[i].kind = l.kind;
+    if (l.kind != LOBE_NONE) lobe[i] = l;
+  }
+  // Of no kind that counts where lobes are not built.
+  const Lobe &lobe_of(std::size_t i) const { return lobe[FEATURE(FEATURE_LOBES) ? i : 0]; }
   // For one lane at a time.
   Bsdf bsdf(std::size_t i) const {
     Bsdf b = principled(i);
@@ -86,7 +93,7 @@ struct ShadingLanes {
     Bsdf b{};
     b.n = n.get(i);
     b.diffuse = diffuse.get(i);
-    if (FEATURE(FEATURE_TEXTURES)) b.n_smooth = n_smooth.get(i);
+    if (FEATURE(FEATURE_PROGRAMS)) b.n_smooth = n_smooth.get(i);
     if (!FEATURE(FEATURE_SPECULAR)) return b;
     b.n_glossy = n_glossy.get(i);
     b.metal_f0 = metal_f0.get(i);
@@ -176,8 +183,8 @@ COTORRA_FLATTEN void shape_surfaces(HitLanes &in, int n, ShadingLanes &out) {
 // One sample of a lamp for each lane. What distinguishes the kinds of lamps is constant in each instance, since a loop
 // with conditions that do not change in it would not vectorise.
 template <uint kType, bool kDisk>
-COTORRA_FLATTEN void sample_lamp(const Light &lamp, const ShadingLanes &in, const float *u, const float *v, int n,
-                                 LightLanes &out) {
+COTORRA_FLATTEN void sample_lamp(const SceneData &scene, const Light &lamp, const ShadingLanes &in, const float *u,
+                                 const float *v, int n, LightLanes &out) {
   Light light = lamp;
   light.type = kType;
   light.flags = kDisk ? lamp.flags | LIGHT_SOFT_FALLOFF : lamp.flags & ~LIGHT_SOFT_FALLOFF;
@@ -188,10 +195,18 @@ COTORRA_FLATTEN void sample_lamp(const Light &lamp, const ShadingLanes &in, cons
     out.contribution.set(i, light_contribution(light, l, in.principled(i), in.wo.get(i), in.throughput.get(i), 1.0f));
     const vec3 ng = in.ng.get(i);
     out.origin.set(i, surface_ray_origin(in.p.get(i), ng, in.epsilon[i], l.wi));
-    const vec3 smooth = FEATURE(FEATURE_TEXTURES) ? in.n_smooth.get(i) : in.n.get(i);
-    out.lift[i] = terminator_amount(in.terminator[i], dot(smooth, l.wi), dot(ng, l.wi));
+    const vec3 smooth = FEATURE(FEATURE_PROGRAMS) ? in.n_smooth.get(i) : in.n.get(i);
+    const float n_wi = dot(smooth, l.wi);
+    out.lift[i] = select(n_wi > 0.0f, terminator_amount(in.terminator[i], n_wi, dot(ng, l.wi)), 0.0f);
     out.wi.set(i, l.wi);
     out.distance[i] = l.distance;
+  }
+  for (std::size_t i = 0; FEATURE(FEATURE_LOBES) && i < static_cast<std::size_t>(n); ++i) {
+    if (!has_lobe(in.lobe[i])) continue;
+    LightSample l;
+    light_sample(light, in.p.get(i), in.n.get(i), vec2(u[i], v[i]), l);
+    out.contribution.set(
+        i, lobe_light_contribution(scene, light, l, in.bsdf(i), in.lobe[i], in.wo.get(i), in.throughput.get(i), 1.0f));
   }
   if (!FEATURE(FEATURE_MODELS)) return;
   for (std::size_t i = 0; i < static_cast<std::size_t>(n); ++i) {
@@ -214,20 +229,30 @@ COTORRA_FLATTEN void shape_lamp(const LightShape &lamp_shape, const Light &lamp,
   }
 }
 
-// Samples one lane's BSDF, with or without a model.
-inline void sample_bsdf_lane(const Bsdf &bsdf, const ShadingLanes &in, vec3 u, std::size_t i, BounceLanes &out) {
-  BsdfSample b;
-  bsdf_sample(bsdf, in.wo.get(i), u.x, vec2(u.y, u.z), b);
+inline void set_sample(const BsdfSample &b, std::size_t i, BounceLanes &out) {
   out.wi.set(i, b.wi);
   out.weight.set(i, b.weight);
   out.pdf[i] = b.pdf;
   out.lobe[i] = b.lobe;
 }
 
-COTORRA_FLATTEN void sample_bsdf(const ShadingLanes &in, const float *choice, const float *u, const float *v, int n,
-                                 BounceLanes &out) {
+// Samples one lane's BSDF, with or without a model.
+inline void sample_bsdf_lane(const Bsdf &bsdf, const ShadingLanes &in, vec3 u, std::size_t i, BounceLanes &out) {
+  BsdfSample b;
+  bsdf_sample(bsdf, in.wo.get(i), u.x, vec2(u.y, u.z), b);
+  set_sample(b, i, out);
+}
+
+COTORRA_FLATTEN void sample_bsdf(const SceneData &scene, const ShadingLanes &in, const float *choice, const float *u,
+                                 const float *v, int n, BounceLanes &out) {
   for (std::size_t i = 0; i < static_cast<std::size_t>(n); ++i) {
     sample_bsdf_lane(in.principled(i), in, vec3(choice[i], u[i], v[i]), i, out);
+  }
+  for (std::size_t i = 0; FEATURE(FEATURE_LOBES) && i < static_cast<std::size_t>(n); ++i) {
+    if (!has_lobe(in.lobe[i])) continue;
+    BsdfSample b;
+    scattering_sample(scene, in.bsdf(i), in.lobe[i], in.wo.get(i), choice[i], vec2(u[i], v[i]), b);
+    set_sample(b, i, out);
   }
   if (!FEATURE(FEATURE_MODELS)) return;
   for (std::size_t i = 0; i < static_cast<std::size_t>(n); ++i) {
@@ -235,7 +260,8 @@ COTORRA_FLATTEN void sample_bsdf(const ShadingLanes &in, const float *choice, co
   }
 }
 
-using SampleLamp = void (*)(const Light &, const ShadingLanes &, const float *, const float *, int, LightLanes &);
+using SampleLamp = void (*)(const SceneData &, const Light &, const ShadingLanes &, const float *, const float *, int,
+                            LightLanes &);
 SampleLamp sample_lamp_of(const Light &lamp) {
   const bool disk = (lamp.flags & LIGHT_SOFT_FALLOFF) != 0;
   if (lamp.type == LIGHT_SUN) return sample_lamp<LIGHT_SUN, false>;

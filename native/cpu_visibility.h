@@ -50,7 +50,7 @@ class VisibilityQueue {
     occluded(*t_.job.rtc, valid, t_.job.bvh, &rays_, &t_.arguments);
     // Embree sets tfar to -infinity where something is in the way.
     for (std::size_t k = 0; k < static_cast<std::size_t>(count_); ++k) {
-      answer_(target_[k], rays_.tfar[k] >= 0.0f ? light_kept(t_.arguments, k) : 0.0f);
+      answer_(target_[k], rays_.tfar[k] >= 0.0f ? max_component(light_kept(t_.arguments, k)) : 0.0f);
     }
     t_.counts.shadow += static_cast<std::uint64_t>(count_);
     count_ = 0;
@@ -73,14 +73,6 @@ Hit packet_hit(const RenderJob &job, const embree::RayHit<kWidth> &p, std::size_
   hit.instance =
       instanced ? job.first_instances[p.hit.inst_id[k]] + p.hit.inst_prim_id[k] : job.first_instances[p.hit.geom_id[k]];
   return hit;
-}
-
-// The material at a surface, with what its images hold there.
-Material surface_material(const SceneData &scene, const Surface &s) {
-  if (!FEATURE(FEATURE_TEXTURES)) return scene.materials.v[s.material];
-  Material material;
-  material_fetch(scene, s, material);
-  return material;
 }
 
 vec3 packet_direction(const embree::RayHit<kWidth> &p, std::size_t k) {

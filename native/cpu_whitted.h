@@ -37,8 +37,8 @@ void store_children(const Tracer &t, int lanes) {
     if (b.path[i].bounce >= t.job.classic.depth) continue;
     const Surface &s = b.surface[i];
     WhittedChildren children;
-    whitted_children(surface_material(*t.job.scene, s), t.job.scene->classic.v[s.material], s, b.shading.bsdf(i),
-                     b.shading.wo.get(i), children);
+    whitted_children(lane_material(t, i), t.job.scene->classic.v[s.material], s, b.shading.bsdf(i), b.shading.wo.get(i),
+                     children);
     store_child(t, i, children.reflected, children.reflected_weight, VISIBLE_GLOSSY);
     store_child(t, i, children.transmitted, children.transmitted_weight, VISIBLE_TRANSMISSION);
   }
@@ -82,7 +82,7 @@ bool cross_surface(const RenderJob &job, const Hit &hit, embree::RayHit<kWidth> 
   const vec3 direction = packet_direction(p, k);
   Surface s;
   surface_from_hit(scene, hit, direction, s);
-  const float alpha = FEATURE(FEATURE_TRANSPARENCY) ? alpha_at(scene, texture_point(s)) : 1.0f;
+  const float alpha = FEATURE(FEATURE_TRANSPARENCY) ? hit_alpha(scene, hit, direction, VISIBLE_SHADOW) : 1.0f;
   if (alpha < 1.0f) {
     passage.kept *= 1.0f - alpha;
     const uint most = job.limits.transparent_bounces;
@@ -91,7 +91,13 @@ bool cross_surface(const RenderJob &job, const Hit &hit, embree::RayHit<kWidth> 
   } else {
     const ClassicMaterial &classic = scene.classic.v[s.material];
     if (++passage.panes > WHITTED_PANES) return false;
-    if (!whitted_cross_pane(surface_material(scene, s), classic, s, direction, hit.t, passage.light)) return false;
+    ShaderPoint at = shader_point(s, -direction, hit.t);
+    at.ray_kind = VISIBLE_SHADOW;
+    SurfaceShading shading;
+    Bsdf bsdf;
+    Lobe lobe;
+    surface_shading(scene, at, 0.5f, s, shading, bsdf, lobe);
+    if (!whitted_cross_pane(shading.material, classic, s, direction, hit.t, passage.light)) return false;
   }
   passage.left -= hit.t;
   start_ray(p, k, surface_ray_origin(s.p, s.ng, s.epsilon, direction), direction, 0.0f, passage.left, p.ray.mask[k]);
@@ -129,7 +135,7 @@ void see_through(const Tracer &t, const embree::Ray<kWidth> &asked, int count, e
         answered.tfar[k] = 0.0f;
         light[k] *= passages[k].light;
         if (FEATURE(FEATURE_TRANSPARENCY) && t.arguments.context != nullptr) {
-          alpha_of(t.arguments)->kept[k] = passages[k].kept;
+          alpha_of(t.arguments)->kept[k] = vec3(passages[k].kept);
         }
       } else if (cross_surface(t.job, hit, p, k, passages[k])) {
         valid[k] = -1;

@@ -17,6 +17,7 @@
 namespace cotorra {
 
 class Scene;
+struct ProgramNeeds;
 
 // A device cannot render this, or cannot go on; another may.
 struct DeviceError : std::runtime_error {
@@ -89,8 +90,9 @@ struct CompiledStage {
   double seconds = 0.0;
   std::vector<std::pair<std::string, double>> statistics;  // in the driver's words; none where it tells none
 };
-// Compiles the kernels with these features for a device, one stage after the other, and renders nothing. Throws
-// DeviceError.
-std::vector<CompiledStage> compile_vulkan_kernels(std::uint32_t features, const DeviceChoice &choice);
+// Compiles the kernels with these features, and programs that need this much, for a device, one stage after the other,
+// and renders nothing. Throws DeviceError.
+std::vector<CompiledStage> compile_vulkan_kernels(std::uint32_t features, const ProgramNeeds &programs,
+                                                  const DeviceChoice &choice);
 
 }  // namespace cotorra

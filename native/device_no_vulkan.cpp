@@ -19,6 +19,8 @@ std::unique_ptr<Device> make_vulkan_device(std::shared_ptr<const Scene>, const R
 
 std::vector<VulkanDeviceInfo> vulkan_devices() { throw DeviceError(kReason); }
 
-std::vector<CompiledStage> compile_vulkan_kernels(std::uint32_t, const DeviceChoice &) { throw DeviceError(kReason); }
+std::vector<CompiledStage> compile_vulkan_kernels(std::uint32_t, const ProgramNeeds &, const DeviceChoice &) {
+  throw DeviceError(kReason);
+}
 
 }  // namespace cotorra

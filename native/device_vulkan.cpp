@@ -16,8 +16,8 @@ namespace {
 constexpr std::uint32_t kFeatures = FEATURE_BOUNCES | FEATURE_SOFT_LIGHTS | FEATURE_VISIBLE_LIGHTS |
                                     FEATURE_EMISSIVE_MESHES | FEATURE_WORLD | FEATURE_SPECULAR | FEATURE_BSDF_RAYS |
                                     FEATURE_DATA_PASSES | FEATURE_LIGHT_GROUPS | FEATURE_LIGHT_SHAPES | FEATURE_MODELS |
-                                    FEATURE_TRANSPARENCY | FEATURE_TEXTURES | FEATURE_TERMS | FEATURE_OCCLUSION |
-                                    FEATURE_WHITTED | FEATURE_TOON;
+                                    FEATURE_TRANSPARENCY | FEATURE_PROGRAMS | FEATURE_TERMS | FEATURE_OCCLUSION |
+                                    FEATURE_LOBES | FEATURE_WHITTED | FEATURE_TOON;
 constexpr std::size_t kLargestTile = 32 * 32;  // pixels; a session's tiles may be smaller
 
 // The device that was asked for, index -1: the first that can. Throws DeviceError with the reasons of those that
@@ -99,10 +99,11 @@ std::unique_ptr<Device> make_vulkan_device(std::shared_ptr<const Scene> scene, c
   return std::make_unique<VulkanDevice>(std::move(scene), job, choice);
 }
 
-std::vector<CompiledStage> compile_vulkan_kernels(std::uint32_t features, const DeviceChoice &choice) {
+std::vector<CompiledStage> compile_vulkan_kernels(std::uint32_t features, const ProgramNeeds &programs,
+                                                  const DeviceChoice &choice) {
   auto instance = std::make_shared<vulkan::Instance>();
   const vulkan::Physical physical = choose(*instance, choice);
-  return vulkan::compile_kernels(features, choice.cache, std::move(instance), physical,
+  return vulkan::compile_kernels(features, programs, choice.cache, std::move(instance), physical,
                                  uses_ray_query(physical, choice));
 }
 

@@ -29,13 +29,14 @@ constexpr Feature kFeatures[] = {
     {FEATURE_DATA_PASSES, "data passes", "only Combined is asked for"},
     {FEATURE_LIGHT_GROUPS, "light groups", "no light group is asked for"},
     {FEATURE_TRANSPARENCY, "transparency", "all materials in use are opaque"},
-    {FEATURE_TEXTURES, "textures", "no material in use reads an image"},
+    {FEATURE_PROGRAMS, "programs", "all materials in use are constant"},
     {FEATURE_MODELS, "reflection models", "all materials in use are Principled"},
     {FEATURE_LIGHT_SHAPES, "light shapes", "all lamps fall off as Blender's do"},
     {FEATURE_TERMS, "terms", "no pass shows D, G, F or single lamps"},
     {FEATURE_OCCLUSION, "ambient occlusion", "neither the integrator nor a pass asks for it"},
     {FEATURE_WHITTED, "Whitted", "another integrator is chosen"},
     {FEATURE_TOON, "toon", "another integrator is chosen"},
+    {FEATURE_LOBES, "lobes", "no material in use has coat, sheen, glass or the like"},
 };
 
 }  // namespace

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Takes images over, and tells of a slot what can be known beforehand: its mean, and whether it stays at 1.
+// Takes images over: the pixels are shared where kernels can read them as they are.
+// Who reads them, and how, is the kernels' business.
 #include "images.h"
 
 #include <algorithm>
@@ -8,37 +9,44 @@
 
 namespace cotorra {
 namespace {
-constexpr uint KERNEL_FEATURES = ~0u;
-}
-}  // namespace cotorra
-
-#include "../kernels/texture.h"
-
-namespace cotorra {
-namespace {
 
 constexpr std::size_t kLargestSide = 1u << 24;  // beyond, a float cannot tell neighbouring texels apart
 constexpr std::uint64_t kMostNumbers = 0xffffffffu;  // kernels count them with 32 bits
-constexpr uint kMeanSide = 256;  // texels of a row and of a column that slot_mean looks at
 
 std::size_t bytes_of(uint format) {
   if (format == TEXELS_FLOAT) return 4;
   return format == TEXELS_UINT8 ? 1 : 2;
 }
 
-// The value of texel (x, y) as a slot sees it.
-vec3 texel_value(const Texture &image, const TextureSlot &slot, uint x, uint y) {
-  vec4 c = texture_texel(image, static_cast<int>(x), static_cast<int>(y));
-  c = texture_decode(image, slot, c);
-  return texture_value(slot, c);
+template <class T, class Below>
+bool no_alpha(const ImageInput &in, Below below) {
+  const T *alpha = static_cast<const T *>(in.pixels) + in.channels - 1;
+  for (std::size_t i = 0; i < in.width * in.height; ++i) {
+    if (below(alpha[i * in.channels])) return false;
+  }
+  return true;
 }
 
 }  // namespace
 
+bool is_opaque(const ImageInput &in) {
+  if (in.channels != 2 && in.channels != 4) return true;
+  switch (in.format) {
+    case TEXELS_UINT8:
+      return no_alpha<std::uint8_t>(in, [](std::uint8_t a) { return a < 0xff; });
+    case TEXELS_UINT16:
+      return no_alpha<std::uint16_t>(in, [](std::uint16_t a) { return a < 0xffff; });
+    case TEXELS_HALF:  // 0x3c00 is 1, from 0x7c00 on there are infinity, NaN and what is negative
+      return no_alpha<std::uint16_t>(in, [](std::uint16_t a) { return a < 0x3c00 || a >= 0x7c00; });
+    default:
+      return no_alpha<float>(in, [](float a) { return !(a >= 1.0f); });
+  }
+}
+
 std::uint64_t Textures::bytes() const {
-  std::uint64_t sum = image_bytes + images.size() * sizeof(Texture) + slots.size() * sizeof(TextureSlot);
-  sum += inputs.size() * sizeof(MaterialInputs) + meshes.size() * sizeof(MeshTextures);
-  return sum + spaces.size() * sizeof(ObjectSpace);
+  std::uint64_t sum = image_bytes + images.size() * sizeof(Texture) + meshes.size() * sizeof(MeshTextures);
+  for (const std::vector<vec4> &values : attributes) sum += values.size() * sizeof(vec4);
+  return sum + spaces.size() * sizeof(ObjectSpace) + infos.size() * sizeof(InstanceInfo);
 }
 
 void add_image(ImageInput in, Textures &textures) {
@@ -71,36 +79,6 @@ void add_image(ImageInput in, Textures &textures) {
   texture.srgb = in.srgb ? 1u : 0u;
   textures.images.push_back(texture);
   textures.image_bytes += bytes;
-}
-
-vec3 slot_mean(const Textures &textures, const TextureSlot &slot) {
-  const Texture &image = textures.images[slot.image];
-  const uint columns = std::min(image.width, kMeanSide);
-  const uint rows = std::min(image.height, kMeanSide);
-  double sum[3] = {0.0, 0.0, 0.0};
-  for (uint j = 0; j < rows; ++j) {
-    for (uint i = 0; i < columns; ++i) {
-      const auto x = static_cast<uint>((2ull * i + 1) * image.width / (2ull * columns));
-      const auto y = static_cast<uint>((2ull * j + 1) * image.height / (2ull * rows));
-      const vec3 v = texel_value(image, slot, x, y);
-      sum[0] += static_cast<double>(v.x);
-      sum[1] += static_cast<double>(v.y);
-      sum[2] += static_cast<double>(v.z);
-    }
-  }
-  const double n = static_cast<double>(columns) * rows;
-  return {static_cast<float>(sum[0] / n), static_cast<float>(sum[1] / n), static_cast<float>(sum[2] / n)};
-}
-
-bool slot_below_one(const Textures &textures, const TextureSlot &slot) {
-  const Texture &image = textures.images[slot.image];
-  if (slot.extension == EXTENSION_CLIP) return true;
-  for (uint y = 0; y < image.height; ++y) {
-    for (uint x = 0; x < image.width; ++x) {
-      if (texel_value(image, slot, x, y).x < 1.0f) return true;
-    }
-  }
-  return false;
 }
 
 }  // namespace cotorra

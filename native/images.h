@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Images and their uses by materials, as the native module holds them: the exporter's pixels, shared and not copied,
-// and the records that kernels read. What a texel becomes is told in kernels/texture.h.
+// Images and other data that shaders read, as the native module holds them: the exporter's pixels, shared and not
+// copied, and the records that kernels read. What a texel becomes is told in kernels/texture.h.
 #pragma once
 
 #include <cstdint>
@@ -10,10 +10,11 @@
 #include <vector>
 
 #include "../kernels/scene_types.h"
+#include "program_compile.h"
 
 namespace cotorra {
 
-// Views of the exporter's arrays (addon/export/buffers.py, Image and MaterialTextures). `owner` keeps them alive.
+// Views of the exporter's arrays (addon/export/buffers.py, Image). `owner` keeps them alive.
 struct ImageInput {
   std::string name;
   const void *pixels = nullptr;
@@ -23,39 +24,47 @@ struct ImageInput {
   std::shared_ptr<void> owner;
 };
 
-struct TexturesInput {
-  std::span<const TextureSlot> slots;
-  std::span<const int> inputs;  // [materials * kTexturedInputs]
-  std::span<const float> normal_strength;
-  std::span<const uint> normal_tangent;
-  std::span<const uint> normal_space;
-  std::vector<ImageInput> images;
-  std::span<const float> world_to_object;  // [instances * 12], rows; empty where no slot asks for it
+// One attribute of a mesh: addon/export/buffers.py, Attribute.
+struct AttributeInput {
+  uint layer = 0;
+  uint domain = ATTRIBUTE_NONE;
+  uint components = 3;
+  std::span<const vec4> values;
 };
 
-constexpr std::size_t kTexturedInputs = 9;  // integers at the beginning of MaterialInputs
+// What shaders read beside their own arrays.
+struct ProgramsInput {
+  std::vector<ShaderInput> shaders;
+  std::vector<ImageInput> images;
+  uint uv_layers = 1;
+  uint attribute_layers = 1;          // those of UV maps included
+  std::vector<uint> instance_layers;  // which of them have one value for each instance
+  // By instance; empty where no shader asks.
+  std::span<const vec4> info_color;
+  std::span<const float> info_random;
+  std::span<const vec4> instance_attributes;  // [instance_layers * instances]
+};
 
 // Everything that kernels read beside Material and Mesh where materials read images.
 struct Textures {
   std::vector<Texture> images;
   std::vector<std::vector<uint>> copies;  // of pixels that do not begin and end with a word
   std::vector<std::shared_ptr<void>> owners;
-  std::vector<TextureSlot> slots;
-  std::vector<MaterialInputs> inputs;
   std::vector<MeshTextures> meshes;
+  std::vector<std::vector<uint>> attribute_tables;  // by mesh
+  std::vector<std::vector<vec4>> attributes;        // by mesh
   std::vector<ObjectSpace> spaces;
+  std::vector<InstanceInfo> infos;
+  std::vector<vec4> instance_attributes;  // [instance_layers * instances]
   std::uint64_t image_bytes = 0;
 
   std::uint64_t bytes() const;
 };
 
 // Checks one image (std::invalid_argument with its name) and takes it over.
+// Is alpha 1 in all of the image?
+bool is_opaque(const ImageInput &image);
+
 void add_image(ImageInput input, Textures &textures);
-
-// Mean over the image of what a slot makes of it, by components, without filtering; a sample of it where it is large.
-vec3 slot_mean(const Textures &textures, const TextureSlot &slot);
-
-// Whether a slot's first component may be below 1 anywhere.
-bool slot_below_one(const Textures &textures, const TextureSlot &slot);
 
 }  // namespace cotorra

@@ -53,7 +53,7 @@ void apply_outlines(const SettingsInput &s, const CameraInput &camera, ClassicJo
 // The features of the scene that the integrator has use for, and its own.
 std::uint32_t features_of(Integrator integrator, const SettingsInput &s, const Scene &scene, const ClassicJob &job) {
   const std::uint32_t all = scene.features();
-  const std::uint32_t seen = FEATURE_WORLD | FEATURE_TEXTURES | FEATURE_TRANSPARENCY;
+  const std::uint32_t seen = FEATURE_WORLD | FEATURE_PROGRAMS | FEATURE_TRANSPARENCY;
   const bool ambient = max(max(job.ambient.x, job.ambient.y), job.ambient.z) > 0.0f;
   const std::uint32_t ambient_term = ambient ? FEATURE_OCCLUSION : 0u;
   switch (integrator) {
@@ -63,7 +63,7 @@ std::uint32_t features_of(Integrator integrator, const SettingsInput &s, const S
       return all | (s.max_bounces > 0 ? FEATURE_BOUNCES : 0u);
     case Integrator::kWhitted:
       // Mirrors show lamps that have a size; how glass bends the normal belongs to the specular lobe.
-      return all | FEATURE_WHITTED | FEATURE_SPECULAR | ambient_term |
+      return (all & ~FEATURE_LOBES) | FEATURE_WHITTED | FEATURE_SPECULAR | ambient_term |
              (scene.bounces_meet_lights() ? FEATURE_BSDF_RAYS | FEATURE_VISIBLE_LIGHTS : 0u);
     case Integrator::kOcclusion:
       return (all & seen) | FEATURE_OCCLUSION;
@@ -96,12 +96,13 @@ void apply_integrator(const SettingsInput &s, const CameraInput &camera, const S
   if (c.integrator == Integrator::kToon) apply_outlines(s, camera, c);
 
   const bool path = c.integrator == Integrator::kPath;
-  job.limits = {path ? s.max_bounces : 0u, path ? s.diffuse_bounces : 0u, path ? s.glossy_bounces : 0u, 2u,
-                s.transparent_bounces};
-  if (whitted) job.limits = {c.depth, c.depth, c.depth, 2u, s.transparent_bounces};
+  job.limits = {path ? s.max_bounces : 0u, path ? s.diffuse_bounces : 0u,     path ? s.glossy_bounces : 0u, 2u,
+                s.transparent_bounces,     path ? s.transmission_bounces : 0u};
+  if (whitted) job.limits = {c.depth, c.depth, c.depth, 2u, s.transparent_bounces, c.depth};
   // In the classic ones, surfaces are lit by lamps and ambient light; emitting ones are only seen.
   if (!path && c.integrator != Integrator::kDirect) data.emitter_count = 0;
   job.features = features_of(c.integrator, s, scene, c);
+  data.lobes = path || c.integrator == Integrator::kDirect ? 1u : 0u;
 }
 
 }  // namespace cotorra

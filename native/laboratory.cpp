@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Reflection models over NumPy arrays, exactly as the kernels compute them.
-// Materials are checked as those of a scene are; no lights and no geometry here.
+// Materials are constants and models, checked as those of a scene are; no lights and no geometry here.
 #include "laboratory.h"
 
 #include <memory>
@@ -41,14 +41,53 @@ vec3 vector_at(const Vectors &array, std::size_t i) {
   return {v[0], v[1], v[2]};
 }
 
+// Principled materials from arrays that are named as Principled's inputs, with `models`.
+std::vector<Material> principled_records(nb::handle from, std::vector<nb::object> &keep) {
+  const auto base_color = view<vec3, float>(from, "base_color", keep);
+  const auto specular_tint = view<vec3, float>(from, "specular_tint", keep);
+  const auto metallic = view<float, float>(from, "metallic", keep);
+  const auto roughness = view<float, float>(from, "roughness", keep);
+  const auto ior = view<float, float>(from, "ior", keep);
+  const auto specular_level = view<float, float>(from, "specular_level", keep);
+  const auto multi_ggx = view<uint, std::uint32_t>(from, "multi_ggx", keep);
+  const std::size_t count = metallic.size();
+  const auto require = [count](std::size_t size, const char *name) {
+    if (size == count) return;
+    throw std::invalid_argument(std::string("materials.") + name + " has " + std::to_string(size) +
+                                " entries, expected " + std::to_string(count));
+  };
+  require(base_color.size(), "base_color");
+  require(specular_tint.size(), "specular_tint");
+  require(roughness.size(), "roughness");
+  require(ior.size(), "ior");
+  require(specular_level.size(), "specular_level");
+  require(multi_ggx.size(), "multi_ggx");
+  std::vector<Material> materials(count);
+  for (std::size_t i = 0; i < count; ++i) {
+    Material &m = materials[i];
+    m = {};
+    m.base_color = base_color[i];
+    m.specular_tint = specular_tint[i];
+    m.metallic = clamp(metallic[i], 0.0f, 1.0f);
+    m.roughness = clamp(roughness[i], 0.0f, 1.0f);
+    m.ior = ior[i];
+    m.specular_level = specular_level[i];
+    m.alpha = 1.0f;
+    m.flags = principled_flags(m);
+    if ((m.flags & MATERIAL_SPECULAR) != 0 && m.roughness < kSharpRoughness) m.flags |= MATERIAL_SHARP;
+    if (multi_ggx[i] != 0) m.flags |= MATERIAL_MULTI_GGX;
+  }
+  return materials;
+}
+
 // Materials, each at one point with one viewer; inputs with fewer rows than the longest are repeated.
 class Bench {
  public:
   Bench(nb::handle materials, const Vectors &n, const Vectors &wo) : n_(n), wo_(wo) {
-    const MaterialsInput input = read_materials(materials, keep_);
-    materials_ = material_records(input);
-    if (!input.models.model.empty()) {
-      models_ = model_records(input.models, materials_.size());
+    materials_ = principled_records(materials, keep_);
+    const ModelsInput models = read_models(nb::getattr(materials, "models"), keep_);
+    if (!models.model.empty()) {
+      models_ = model_records(models, materials_.size());
       apply_models(models_, materials_);
     }
     scene_.models = {models_.data()};
@@ -124,8 +163,10 @@ nb::tuple model_terms_of(nb::handle materials, const Vectors &n, const Vectors &
 void register_laboratory(nb::module_ &module) {
   module.def("evaluate_model", &evaluate_model, "materials"_a, "n"_a, "wo"_a, "wi"_a,
              "f cos of materials as the kernels compute it: (diffuse (N, 3), specular (N, 3), pdf (N,)), float32.\n"
-             "`materials` is a Materials with M entries, Principled or with `models`; n, wo and wi are float32 arrays\n"
-             "(rows, 3) of unit vectors: the normal, toward the viewer and toward the light. N is the most of their\n"
+             "`materials` has M entries in arrays named as Principled's inputs (base_color, metallic, roughness, ior,\n"
+             "specular_level, specular_tint, multi_ggx), and a MaterialModels or None as `models`; n, wo and wi are\n"
+             "float32 arrays (rows, 3) of unit vectors: the normal, toward the viewer and toward the light. N is the "
+             "most of their\n"
              "rows; shorter ones are repeated. pdf is that of sample_model. Raises ValueError as Scene does.");
   module.def(
       "sample_model", &sample_model, "materials"_a, "n"_a, "wo"_a, "u"_a,

@@ -15,8 +15,9 @@
 #include "features.h"
 #include "laboratory.h"
 #include "python_arrays.h"
+#include "python_explain.h"
 #include "python_models.h"
-#include "python_textures.h"
+#include "python_programs.h"
 #include "scene.h"
 #include "session.h"
 
@@ -60,6 +61,7 @@ MeshInput read_mesh(nb::handle mesh) {
     m.slots = view<uint, std::uint32_t>(mesh, "slots", keep);
     m.tangents = view<vec4, float>(mesh, "tangents", keep);
     m.generated = view<vec3, float>(mesh, "generated", keep);
+    m.attributes = read_attributes(mesh, keep);
   } catch (const std::invalid_argument &error) {
     throw std::invalid_argument("mesh '" + m.name + "': " + error.what());
   }
@@ -72,7 +74,7 @@ SceneInput read_scene(nb::handle buffers, std::vector<nb::object> &keep) {
   SceneInput in;
   for (nb::handle mesh : nb::getattr(buffers, "meshes")) in.meshes.push_back(read_mesh(mesh));
 
-  in.textures = read_textures(buffers, python_owner, keep);
+  in.programs = read_programs(buffers, python_owner, keep);
   const nb::object instances = nb::getattr(buffers, "instances");
   in.instances.mesh = view<uint, std::uint32_t>(instances, "mesh", keep);
   in.instances.transform = view<float, float>(instances, "transform", keep);
@@ -107,10 +109,12 @@ SceneInput read_scene(nb::handle buffers, std::vector<nb::object> &keep) {
   in.lights.inner_angle = view<float, float>(lights, "inner_angle", keep);
   in.lights.outer_angle = view<float, float>(lights, "outer_angle", keep);
   in.lights.pass_index = view<int, std::int32_t>(lights, "pass_index", keep);
+  in.lights.shader = view<int, std::int32_t>(lights, "shader", keep);
 
   const nb::object world = nb::getattr(buffers, "world");
   const auto color = nb::cast<std::array<float, 3>>(nb::getattr(world, "color"));
   in.world = {color[0], color[1], color[2]};
+  in.world_shader = nb::cast<int>(nb::getattr(world, "shader"));
   in.world_visibility = nb::cast<std::uint32_t>(nb::getattr(world, "visibility"));
   in.world_group = nb::cast<int>(nb::getattr(world, "light_group"));
   in.light_group_count = static_cast<uint>(nb::len(nb::getattr(buffers, "light_groups")));
@@ -149,6 +153,7 @@ SettingsInput read_settings(nb::handle settings) {
   in.max_bounces = nb::cast<std::uint32_t>(nb::getattr(settings, "max_bounces"));
   in.diffuse_bounces = nb::cast<std::uint32_t>(nb::getattr(settings, "diffuse_bounces"));
   in.glossy_bounces = nb::cast<std::uint32_t>(nb::getattr(settings, "glossy_bounces"));
+  in.transmission_bounces = nb::cast<std::uint32_t>(nb::getattr(settings, "transmission_bounces"));
   in.transparent_bounces = nb::cast<std::uint32_t>(nb::getattr(settings, "transparent_bounces"));
   in.adaptive = nb::cast<bool>(nb::getattr(settings, "adaptive"));
   in.noise_threshold = nb::cast<float>(nb::getattr(settings, "noise_threshold"));
@@ -251,6 +256,32 @@ nb::dict scene_stats(const SceneHandle &handle) {
   return d;
 }
 
+// What a material is made of where that is constant, by the names of Principled's inputs.
+nb::dict material_constants(const SceneHandle &handle, std::size_t material) {
+  const CompiledShader &c = handle.scene->compiled(material);
+  const auto color = [](vec3 v) { return nb::make_tuple(v.x, v.y, v.z); };
+  nb::dict d;
+  if (c.program.surface.first == NO_PROGRAM) {
+    d["base_color"] = color(c.surface.base_color);
+    d["metallic"] = c.surface.metallic;
+    d["roughness"] = c.surface.roughness;
+    d["ior"] = c.surface.ior;
+    d["specular_level"] = c.surface.specular_level;
+    d["specular_tint"] = color(c.surface.specular_tint);
+    d["multi_ggx"] = c.surface.multi_ggx;
+  }
+  d["transmission"] = c.surface.transmission;
+  if (c.program.emission.first == NO_PROGRAM) d["emission"] = color(c.emission);
+  if (c.program.transparency.first == NO_PROGRAM) d["transparency"] = color(c.transparency);
+  return d;
+}
+
+nb::list varying_lights(const SceneHandle &handle) {
+  nb::list lights;
+  for (const std::size_t light : handle.scene->varying_lights()) lights.append(light);
+  return lights;
+}
+
 nb::dict session_stats(const Session &session) {
   const SessionStats s = session.stats();
   nb::dict rays;
@@ -286,6 +317,20 @@ nb::dict cpu_info() {
   return d;
 }
 
+nb::dict shader_ops() {
+  nb::dict d;
+  for (const OpInfo &op : program_ops()) {
+    d[op.name] = nb::make_tuple(op.number, std::string(1, op.result), op.arguments);
+  }
+  return d;
+}
+
+nb::dict shader_closures() {
+  nb::dict d;
+  for (const ClosureInfo &c : program_closures()) d[c.name] = nb::make_tuple(c.kind, std::string(c.arguments));
+  return d;
+}
+
 nb::list devices() {
   nb::list list;
   for (const VulkanDeviceInfo &info : vulkan_devices()) {
@@ -302,14 +347,14 @@ nb::list devices() {
 }
 
 nb::list compile_kernels(const std::vector<std::string> &features, int device_index, const std::string &cache,
-                         const std::string &ray_tracing) {
+                         const std::string &ray_tracing, const std::vector<std::string> &ops) {
   DeviceChoice choice;
   choice.kind = "VULKAN";
   choice.index = device_index;
   choice.cache = cache;
   choice.ray_tracing = ray_tracing;
   nb::list list;
-  for (const CompiledStage &stage : compile_vulkan_kernels(features_of(features), choice)) {
+  for (const CompiledStage &stage : compile_vulkan_kernels(features_of(features), needs_of_ops(ops), choice)) {
     nb::dict statistics;
     for (const auto &[name, value] : stage.statistics) statistics[name.c_str()] = value;
     nb::dict d;
@@ -336,12 +381,16 @@ NB_MODULE(cotorra_native, m) {
         "ray_query, problem (why it cannot be used, or ''). Raises DeviceError where there is no Vulkan.");
   m.def(
       "compile_kernels", &compile_kernels, "features"_a, "device_index"_a = -1, "cache"_a = "",
-      "ray_tracing"_a = "AUTO",
+      "ray_tracing"_a = "AUTO", "ops"_a = std::vector<std::string>(),
       "Compiles the kernels with these features (names as in Session.stats) for a Vulkan device, one stage after the\n"
       "other: a list of dicts with stage, seconds, and statistics (registers, spills, ... as the driver calls them).\n"
-      "`cache`: folder of compiled kernels, '' for none; `ray_tracing`: as in RenderSettings. Raises DeviceError; "
-      "ValueError for an unknown feature.");
+      "`cache`: folder of compiled kernels, '' for none; `ray_tracing`: as in RenderSettings; `ops`: those that "
+      "programs\n"
+      "hold. Raises DeviceError; ValueError for an unknown feature or op.");
   m.def("version", [] { return COTORRA_VERSION; }, "The version of the module.");
+  m.def("shader_ops", &shader_ops,
+        "Ops of shaders by name: (number, 'f' or 'v' for the result, the arguments' types such as 'vff').");
+  m.def("shader_closures", &shader_closures, "Closures of shaders by name: (number, the arguments' types).");
   m.def("cpu_info", &cpu_info, "Instruction set that the kernels use here, and hardware threads.");
   m.def(
       "kernels",
@@ -367,7 +416,23 @@ NB_MODULE(cotorra_native, m) {
           "Raises ValueError (array, index, value), RuntimeError (Embree), Cancelled.")
       .def("build_bvh", &build_bvh, "threads"_a = 0, "embree"_a = "", "should_cancel"_a = nb::none(),
            "Builds the BVH that the CPU needs, where there is none yet; as the constructor.")
-      .def("stats", &scene_stats, "Build seconds, bytes and counts, as a dict.");
+      .def("stats", &scene_stats, "Build seconds, bytes and counts, as a dict.")
+      .def("constants", &material_constants, "material"_a,
+           "What a material is made of, as a dict by the names of Principled's inputs; what varies has no entry.\n"
+           "Raises IndexError.")
+      .def("varying_lights", &varying_lights,
+           "Indices of lamps whose shader is no constant: they are left out, since light may not vary yet.")
+      .def(
+          "explain",
+          [](const SceneHandle &handle, std::size_t shader) { return explain_shader(*handle.scene, shader); },
+          "shader"_a,
+          "What a shader of the SceneBuffers became, as a dict: surface (None, the constants of its one closure, or a\n"
+          "program), emission and transparency (three floats or a program), folded: (the shader's op, three floats),\n"
+          "dropped: (the shader's closure, whether by its alpha, which is 0; else by its weight).\n"
+          "A program is a dict: instructions (op, mode, values, the shader's op or -1), closures (kind, mode, weight,\n"
+          "values, the shader's closure or -1), result (a value), registers, and nanoseconds, measured now: of its\n"
+          "instructions for one point on one thread. A value is a float, three, or the number of an instruction.\n"
+          "Raises IndexError.");
 
   nb::class_<Session>(m, "Session", "A render in progress.")
       .def(

@@ -38,19 +38,9 @@ ModelsInput read_models(nb::handle models, std::vector<nb::object> &keep) {
 
 MaterialsInput read_materials(nb::handle materials, std::vector<nb::object> &keep) {
   MaterialsInput in;
-  in.base_color = view<vec3, float>(materials, "base_color", keep);
-  in.metallic = view<float, float>(materials, "metallic", keep);
-  in.roughness = view<float, float>(materials, "roughness", keep);
-  in.ior = view<float, float>(materials, "ior", keep);
-  in.specular_level = view<float, float>(materials, "specular_level", keep);
-  in.specular_tint = view<vec3, float>(materials, "specular_tint", keep);
-  in.emission = view<vec3, float>(materials, "emission", keep);
-  in.alpha = view<float, float>(materials, "alpha", keep);
-  in.multi_ggx = view<uint, std::uint32_t>(materials, "multi_ggx", keep);
   in.pass_index = view<int, std::int32_t>(materials, "pass_index", keep);
   in.emission_sampling = view<uint, std::uint32_t>(materials, "emission_sampling", keep);
-  in.transmission = view<float, float>(materials, "transmission", keep);
-  in.emission_sides = view<uint, std::uint32_t>(materials, "emission_sides", keep);
+  in.shader = view<int, std::int32_t>(materials, "shader", keep);
   in.models = read_models(nb::getattr(materials, "models", nb::none()), keep);
   return in;
 }

@@ -13,14 +13,6 @@
 
 namespace cotorra {
 namespace {
-constexpr uint KERNEL_FEATURES = ~0u;
-}
-}  // namespace cotorra
-
-#include "../kernels/bsdf.h"
-
-namespace cotorra {
-namespace {
 
 template <class T>
 void require_size(std::span<const T> array, std::size_t size, const char *name) {
@@ -119,23 +111,29 @@ Light light_from_blender(const LightsInput &in, std::size_t i) {
 Scene::Scene(SceneInput input) {
   validate(input);
   const std::uint64_t instances = input.instances.mesh.size();
-  with_memory(instances * (sizeof(Instance) + sizeof(ObjectSpace)) + input.materials.metallic.size() * sizeof(Material),
+  with_memory(instances * (sizeof(Instance) + sizeof(ObjectSpace)) + input.materials.shader.size() * sizeof(Material),
               std::to_string(instances) + " instances and the scene's materials", [&] { prepare(input); });
 }
 
 void Scene::prepare(SceneInput &input) {
   light_group_count_ = input.light_group_count;
-  materials_ = material_records(input.materials);
+  prepare_programs(input.programs, input.materials);
   prepare_models(input.materials.models);
-  prepare_classic(input.materials);
-  prepare_textures(input.textures, input.materials.emission_sampling, input.materials.emission_sides);
+  prepare_classic();
   material_slots_.assign(input.material_slots.begin(), input.material_slots.end());
   prepare_lights(input.lights);
   prepare_instances(input);
   prepare_mesh_textures(input);
   prepare_meshes(input);
 
-  data_.world = input.world;
+  bool world_varies = false;
+  data_.world = input.world * emission_of(input.world_shader, world_varies);
+  if (world_varies) {
+    const CompiledShader &shader = compiled_[static_cast<std::size_t>(input.world_shader)];
+    data_.world_program = shader.program.emission;
+    data_.world_constants = shader.program.constants;
+    features_ |= FEATURE_PROGRAMS;
+  }
   data_.world_visibility = input.world_visibility;
   data_.world_group = input.world_group;
   data_.lights = {lights_.data()};
@@ -148,6 +146,7 @@ void Scene::prepare(SceneInput &input) {
   data_.light_count = static_cast<uint>(lights_.size());
   data_.instance_count = static_cast<uint>(instances_.size());
   data_.material_count = static_cast<uint>(materials_.size());
+  estimate_emission(input.materials);
   prepare_emitters();
   prepare_features();
   stats_.bytes = instances_.size() * sizeof(Instance) + materials_.size() * sizeof(Material) +
@@ -172,7 +171,9 @@ void Scene::validate(const SceneInput &in) const {
   require_size(in.instances.light_group, n, "instances.light_group");
   require_size(in.instances.terminator, n, "instances.terminator");
   require_below(in.instances.mesh, in.meshes.size(), "instances.mesh");
-  const std::size_t materials = in.materials.metallic.size();
+  const std::size_t materials = in.materials.pass_index.size();
+  require_size(in.materials.emission_sampling, materials, "materials.emission_sampling");
+  require_size(in.materials.shader, materials, "materials.shader");
   require_below(in.material_slots, materials, "material_slots");
   for (std::size_t i = 0; i < n; ++i) {
     const std::size_t base = in.instances.material_base[i];
@@ -212,62 +213,28 @@ void Scene::validate(const SceneInput &in) const {
   require_size(in.lights.max_bounces, lights, "lights.max_bounces");
   require_size(in.lights.visibility, lights, "lights.visibility");
   require_size(in.lights.light_group, lights, "lights.light_group");
+  if (!in.lights.shader.empty()) require_size(in.lights.shader, lights, "lights.shader");
   validate_light_shapes(in.lights);
-}
-
-namespace {
-void validate_materials(const MaterialsInput &in) {
-  const std::size_t materials = in.metallic.size();
-  require_size(in.base_color, materials, "materials.base_color");
-  require_size(in.roughness, materials, "materials.roughness");
-  require_size(in.ior, materials, "materials.ior");
-  require_size(in.specular_level, materials, "materials.specular_level");
-  require_size(in.specular_tint, materials, "materials.specular_tint");
-  require_size(in.emission, materials, "materials.emission");
-  require_size(in.alpha, materials, "materials.alpha");
-  require_size(in.multi_ggx, materials, "materials.multi_ggx");
-  require_size(in.pass_index, materials, "materials.pass_index");
-  require_size(in.emission_sampling, materials, "materials.emission_sampling");
-  if (!in.emission_sides.empty()) {
-    require_size(in.emission_sides, materials, "materials.emission_sides");
-  }
-}
-}  // namespace
-
-std::vector<Material> material_records(const MaterialsInput &in) {
-  validate_materials(in);
-  std::vector<Material> materials(in.metallic.size());
-  for (std::size_t i = 0; i < materials.size(); ++i) {
-    Material &m = materials[i];
-    m = {};
-    m.base_color = in.base_color[i];
-    m.metallic = clamp(in.metallic[i], 0.0f, 1.0f);
-    m.specular_tint = in.specular_tint[i];
-    m.roughness = clamp(in.roughness[i], 0.0f, 1.0f);
-    m.emission = in.emission[i];
-    m.ior = in.ior[i];
-    m.specular_level = in.specular_level[i];
-    m.alpha = in.alpha[i];
-    m.pass_index = in.pass_index[i];
-    m.flags = principled_flags(m);
-    if ((m.flags & MATERIAL_SPECULAR) != 0 && m.roughness < kSharpRoughness) m.flags |= MATERIAL_SHARP;
-    if (in.multi_ggx[i] != 0) m.flags |= MATERIAL_MULTI_GGX;
-    if (m.alpha < 1.0f) m.flags |= MATERIAL_TRANSPARENT;
-    set_emission_flags(m, in.emission_sampling[i], in.emission_sides.empty() ? 3u : in.emission_sides[i]);
-  }
-  return materials;
+  validate_shaders(in);
 }
 
 void Scene::prepare_lights(const LightsInput &in) {
-  for (std::size_t i = 0; i < in.type.size(); ++i) lights_.push_back(light_from_blender(in, i));
-  for (std::size_t i = 0; i < in.pass_index.size(); ++i) set_lamp_pass(in.pass_index[i], lights_[i]);
-  if (!in.pass_index.empty()) features_ |= FEATURE_TERMS;
-  if (in.falloff.empty()) return;
   bool any = false;
-  for (std::size_t i = 0; i < lights_.size(); ++i) {
-    light_shapes_.push_back(shape_light(in, i, lights_[i]));
-    any |= (lights_[i].flags & LIGHT_SHAPED) != 0;
+  for (std::size_t i = 0; i < in.type.size(); ++i) {
+    bool varies = false;
+    const vec3 emission = in.shader.empty() ? vec3(1.0f) : emission_of(in.shader[i], varies);
+    if (varies) varying_lights_.push_back(i);
+    if (emission.x == 0.0f && emission.y == 0.0f && emission.z == 0.0f) continue;  // its shader turns it off
+    Light light = light_from_blender(in, i);
+    light.radiance *= emission;
+    if (!in.pass_index.empty()) set_lamp_pass(in.pass_index[i], light);
+    if (!in.falloff.empty()) {
+      light_shapes_.push_back(shape_light(in, i, light));
+      any |= (light.flags & LIGHT_SHAPED) != 0;
+    }
+    lights_.push_back(light);
   }
+  if (!in.pass_index.empty()) features_ |= FEATURE_TERMS;
   if (!any) light_shapes_.clear();
 }
 
@@ -281,7 +248,8 @@ void Scene::prepare_instances(const SceneInput &in) {
     return source.mesh[a] != source.mesh[b] ? source.mesh[a] < source.mesh[b]
                                             : source.visibility[a] < source.visibility[b];
   });
-  prepare_object_spaces(in.textures.world_to_object, order);
+  prepare_object_spaces(in, order);
+  prepare_infos(in, order);
   instances_.resize(n);
   for (std::size_t k = 0; k < n; ++k) {
     const std::size_t i = order[k];
@@ -406,7 +374,6 @@ void Scene::prepare_emitters() {
       const float len = length(n);
       if (!(len > 0.0f) || !std::isfinite(len)) continue;
       e.normal = n * ((instance.flags & INSTANCE_MIRRORED) != 0 ? -1.0f / len : 1.0f / len);
-      e.sides = materials_[material].flags & (MATERIAL_EMIT_FRONT | MATERIAL_EMIT_BACK);
       e.area = 0.5f * len;
       e.instance = static_cast<uint>(k);
       e.triangle = t;
@@ -447,6 +414,7 @@ void Scene::prepare_features() {
   bool sharp = false;
   bool emissive = false;
   bool models = false;
+  bool lobes = false;
   std::vector<bool> used(materials_.size(), false);
   for (const Instance &i : instances_) {
     for (uint s = 0; s < i.material_count; ++s) {
@@ -461,21 +429,27 @@ void Scene::prepare_features() {
     specular |= (m.flags & MATERIAL_SPECULAR) != 0;
     sharp |= (m.flags & MATERIAL_SHARP) != 0;
     emissive |= (m.flags & MATERIAL_EMISSIVE) != 0;
-    if ((m.flags & MATERIAL_TEXTURED) != 0) features_ |= FEATURE_TEXTURES;
+    if ((m.flags & MATERIAL_PROGRAM) != 0) features_ |= FEATURE_PROGRAMS;
     if ((m.flags & MATERIAL_TRANSPARENT) != 0) features_ |= FEATURE_TRANSPARENCY;
+    tints_ |= (m.flags & MATERIAL_TINTED) != 0;
     models |= (m.flags & MATERIAL_MODEL) != 0;
+    const int shader = material_shaders_.empty() ? -1 : material_shaders_[k];
+    lobes |= shader >= 0 && compiled_[static_cast<std::size_t>(shader)].asks_lobes;
   }
-  const bool world = max(max(data_.world.x, data_.world.y), data_.world.z) > 0.0f;
+  const bool world = max(max(data_.world.x, data_.world.y), data_.world.z) > 0.0f || data_.world_program.end != 0;
   if (soft) features_ |= FEATURE_SOFT_LIGHTS;
   if (!light_shapes_.empty()) features_ |= FEATURE_LIGHT_SHAPES;
   if (models) features_ |= FEATURE_MODELS;
-  if (specular || models) features_ |= FEATURE_SPECULAR;
+  if (specular || models || lobes) features_ |= FEATURE_SPECULAR;
+  if (lobes) features_ |= FEATURE_LOBES;
+  // Gloss and glass meet lamps themselves.
+  sharp |= lobes;
   if (emissive) features_ |= FEATURE_EMISSIVE_MESHES;
   if (world) features_ |= FEATURE_WORLD;
   const bool world_lights = world && (data_.world_visibility & kScattered) != 0;
   one_kind |= world && seen_by_one_kind(data_.world_visibility);
   data_.light_kinds = one_kind ? 1u : 0u;
-  if (emissive || world_lights || (sharp && bounces_meet_lights_)) features_ |= FEATURE_BSDF_RAYS;
+  if (emissive || world_lights || (lobes && world) || (sharp && bounces_meet_lights_)) features_ |= FEATURE_BSDF_RAYS;
   const bool met = camera_meets_lights_ || ((features_ & FEATURE_BSDF_RAYS) != 0 && bounces_meet_lights_);
   if (met) features_ |= FEATURE_VISIBLE_LIGHTS;
 }

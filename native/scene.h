@@ -36,6 +36,7 @@ struct MeshInput {
   std::span<const vec2> uv;  // layer by layer
   std::span<const vec4> tangents;
   std::span<const vec3> generated;
+  std::vector<AttributeInput> attributes;
   std::span<const uint> slots;
   std::shared_ptr<void> owner;
 };
@@ -52,20 +53,10 @@ struct InstancesInput {
 };
 
 struct MaterialsInput {
-  std::span<const vec3> base_color;
-  std::span<const float> metallic;
-  std::span<const float> roughness;
-  std::span<const float> ior;
-  std::span<const float> specular_level;
-  std::span<const vec3> specular_tint;
-  std::span<const vec3> emission;
-  std::span<const float> alpha;
-  std::span<const uint> multi_ggx;
   std::span<const int> pass_index;
   std::span<const uint> emission_sampling;
-  std::span<const uint> emission_sides;  // 1 front, 2 back, 3 both; none: both
+  std::span<const int> shader;  // -1: the default grey
   ModelsInput models{};
-  std::span<const float> transmission{};  // none: 0
 };
 
 struct LightsInput {
@@ -90,6 +81,7 @@ struct LightsInput {
   std::span<const float> inner_angle{};
   std::span<const float> outer_angle{};
   std::span<const int> pass_index{};  // the pass that shows the lamp alone, -1 = none
+  std::span<const int> shader{};      // whose emission is a factor of `strength`, -1 = none
 };
 
 struct SceneInput {
@@ -98,8 +90,9 @@ struct SceneInput {
   MaterialsInput materials;
   std::span<const uint> material_slots;
   LightsInput lights;
-  TexturesInput textures;
+  ProgramsInput programs;
   vec3 world{0.0f, 0.0f, 0.0f};
+  int world_shader = -1;  // whose emission is a factor of `world`, -1 = none
   uint world_visibility = VISIBLE_ALL;
   int world_group = -1;
   uint light_group_count = 0;
@@ -115,8 +108,8 @@ struct SceneStats {
   std::uint64_t bytes = 0;             // everything the scene holds, the BVH and images included
 };
 
-// Whether and from which sides a material emits, by its emission.
-void set_emission_flags(Material &material, uint sampled, uint sides);
+// Whether a material emits and is sampled as a light, by its emission.
+void set_emission_flags(Material &material, uint sampled);
 
 // Entries of the arrays that a mesh refers to; 0 for those that it does not have.
 struct MeshLengths {
@@ -125,8 +118,6 @@ struct MeshLengths {
 
 // Radiometry and geometry of one lamp from Blender's units (see blender-facts in the project's notes, measured on
 // Cycles).
-// The records of the materials, as Principled ones. Throws std::invalid_argument where arrays differ in length.
-std::vector<Material> material_records(const MaterialsInput &materials);
 Light light_from_blender(const LightsInput &lights, std::size_t index);
 // How the lamp falls off and ends; marks `light` with LIGHT_SHAPED where that is not Blender's way.
 LightShape shape_light(const LightsInput &lights, std::size_t index, Light &light);
@@ -162,6 +153,8 @@ class Scene {
   // Is a lamp with a size visible to camera rays; can bounces meet one?
   bool camera_meets_lights() const { return camera_meets_lights_; }
   bool bounces_meet_lights() const { return bounces_meet_lights_; }
+  // Does a material in use give a colour to what it lets through?
+  bool tints() const { return tints_; }
   uint light_group_count() const { return light_group_count_; }
   std::size_t mesh_count() const { return meshes_.size(); }
 
@@ -172,6 +165,18 @@ class Scene {
   MeshLengths mesh_lengths(std::size_t mesh) const { return storage_[mesh].lengths; }
   bool flattened(std::size_t mesh) const { return storage_[mesh].flattened; }
   const Textures &textures() const { return textures_; }
+  const ProgramLibrary &programs() const { return library_of_programs_; }
+  std::span<const MaterialProgram> material_programs() const { return material_programs_; }
+  // What the programs of the scene need, by the parts of materials.
+  const ProgramNeeds &surface_needs() const { return surface_needs_; }
+  const ProgramNeeds &emission_needs() const { return emission_needs_; }
+  const ProgramNeeds &transparency_needs() const { return transparency_needs_; }
+  // What shader `index` became. Throws std::out_of_range.
+  const CompiledShader &shader(std::size_t index) const { return compiled_.at(index); }
+  // What a material is made of, where that is constant. Throws std::out_of_range.
+  const CompiledShader &compiled(std::size_t material) const;
+  // Lamps whose emission varies, which cannot be rendered yet: they are black.
+  std::span<const std::size_t> varying_lights() const { return varying_lights_; }
   static std::span<const float> albedo();
 
   // Instance that an Embree hit belongs to is first_instances()[top-level geometry] + its place in an instance array.
@@ -181,11 +186,15 @@ class Scene {
   void validate(const SceneInput &input) const;
   void prepare(SceneInput &input);
   void prepare_models(const ModelsInput &input);  // after the materials
-  void prepare_classic(const MaterialsInput &input);
-  // After prepare_models.
-  void prepare_textures(TexturesInput &input, std::span<const uint> emission_sampling,
-                        std::span<const uint> emission_sides);
-  void prepare_object_spaces(std::span<const float> world_to_object, std::span<const uint> order);
+  void prepare_classic();
+  void prepare_programs(ProgramsInput &input, const MaterialsInput &materials);  // before all that shaders tell
+  void validate_shaders(const SceneInput &input) const;
+  // The emission of a shader of a lamp or world, 1 for none; notes in `varies` where it is no constant.
+  vec3 emission_of(int shader, bool &varies) const;
+  void prepare_object_spaces(const SceneInput &input, std::span<const uint> order);
+  void prepare_infos(const SceneInput &input, std::span<const uint> order);
+  // How bright the materials whose emission varies are on average, where all else of the scene is known.
+  void estimate_emission(const MaterialsInput &materials);
   void prepare_mesh_textures(const SceneInput &input);
   void note_frame(std::size_t mesh, const Instance &instance);  // of a mesh that is moved to world space
   void prepare_lights(const LightsInput &input);
@@ -219,6 +228,13 @@ class Scene {
   std::vector<MaterialModel> models_;
   std::vector<ClassicMaterial> classic_;
   Textures textures_;
+  ProgramLibrary library_of_programs_;
+  std::vector<CompiledShader> compiled_;            // by shader
+  std::vector<MaterialProgram> material_programs_;  // by material; empty where none varies
+  ProgramNeeds surface_needs_, emission_needs_, transparency_needs_;
+  std::vector<int> material_shaders_;               // by material, -1: the default grey
+  std::vector<std::size_t> varying_lights_;         // as the exporter counts them
+  bool asks_spaces_ = false, asks_meshes_ = false;
   std::vector<uint> material_slots_;
   std::vector<Light> lights_;
   std::vector<LightShape> light_shapes_;  // empty where no lamp is LIGHT_SHAPED
@@ -228,6 +244,7 @@ class Scene {
   uint features_ = 0;
   uint light_group_count_ = 0;
   bool instanced_ = false;
+  bool tints_ = false;
   bool camera_meets_lights_ = false;
   bool bounces_meet_lights_ = false;
   BvhMemory bvh_memory_;

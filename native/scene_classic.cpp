@@ -1,9 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Fills the records that Whitted, Toon and the ambient term read of a material beside its BSDF.
 // What they do with them is told in kernels/whitted.h, toon.h and occlusion.h.
-#include <stdexcept>
-#include <string>
-
 #include "scene.h"
 
 namespace cotorra {
@@ -32,15 +29,11 @@ ClassicMaterial default_classic() {
 
 }  // namespace
 
-void Scene::prepare_classic(const MaterialsInput &in) {
+void Scene::prepare_classic() {
   const std::size_t n = materials_.size();
-  if (!in.transmission.empty() && in.transmission.size() != n) {
-    throw std::invalid_argument("materials.transmission has " + std::to_string(in.transmission.size()) +
-                                " entries, expected " + std::to_string(n));
-  }
   for (std::size_t i = 0; i < n; ++i) {
     classic_.push_back(models_.empty() ? default_classic() : classic_of(models_[i]));
-    if (!in.transmission.empty()) classic_[i].transmission = clamp(in.transmission[i], 0.0f, 1.0f);
+    classic_[i].transmission = compiled(i).surface.transmission;
   }
   data_.classic = {classic_.data()};
 }

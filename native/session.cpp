@@ -68,6 +68,16 @@ CameraData camera_data(const CameraInput &in) {
   return c;
 }
 
+// What shaders know of the camera: its space, looking along +z, and how wide a pixel's rays are.
+void see_from(const CameraData &c, const CameraInput &in, SceneData &scene) {
+  const auto row = [&](vec3 axis) { return vec4(axis, -dot(axis, c.origin)); };
+  scene.camera_space = {row(c.x_axis), row(c.y_axis), row(-c.z_axis), c.origin, 0};
+  scene.camera_window = {c.window_left, c.window_bottom, 1.0f / (in.window[1] - in.window[0]),
+                         1.0f / (in.window[3] - in.window[2])};
+  scene.camera_orthographic = in.orthographic ? 1u : 0u;
+  scene.camera_spread = 0.5f * (std::abs(c.pixel_width) + std::abs(c.pixel_height));
+}
+
 PassSelection select_passes(const SettingsInput &settings, std::uint32_t light_groups) {
   PassSelection p;
   p.error = settings.adaptive;
@@ -142,6 +152,7 @@ Session::Session(std::shared_ptr<const Scene> scene, const CameraInput &camera, 
   scene_data_.filter_table = {filter_table_.data()};
   job_.scene = &scene_data_;
   job_.camera = camera_data(camera);
+  see_from(job_.camera, camera, scene_data_);
   job_.region_x = camera.region[0];
   job_.region_y = camera.region[1];
   job_.passes = passes_;
@@ -154,6 +165,7 @@ Session::Session(std::shared_ptr<const Scene> scene, const CameraInput &camera, 
   if (passes_.terms || passes_.surface) job_.features |= scene_->features() & (FEATURE_SPECULAR | FEATURE_MODELS);
   if (passes_.emission) job_.features |= scene_->features() & FEATURE_EMISSIVE_MESHES;
   job_.seed = settings.seed;
+  job_.program_registers = scene_->programs().registers;
   job_.sample_bits = std::min(static_cast<std::uint32_t>(std::bit_width(samples - 1u)), SAMPLE_BITS_MAX);
   job_.lights_at_once = kLightsAtOnce;
   job_.transparent = settings.transparent;

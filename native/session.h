@@ -35,7 +35,7 @@ struct SettingsInput {  // addon/export/buffers.py, RenderSettings
   std::string integrator = "DIRECT";
   std::int64_t samples = 64;
   std::uint32_t seed = 0;
-  std::uint32_t max_bounces = 12, diffuse_bounces = 4, glossy_bounces = 4;
+  std::uint32_t max_bounces = 12, diffuse_bounces = 4, glossy_bounces = 4, transmission_bounces = 12;
   std::uint32_t transparent_bounces = 8;
   bool adaptive = false;
   float noise_threshold = 0.01f;

@@ -11,6 +11,9 @@
 #include <span>
 #include <vector>
 
+#include "../kernels/program/ops.h"
+#include "spirv_specialize.h"
+
 namespace cotorra::vulkan {
 namespace {
 
@@ -59,17 +62,38 @@ std::vector<std::pair<std::string, double>> statistics_of(const LogicalDevice &d
 }
 
 // FNV-1a over all stages: a cache of other kernels has another name.
-std::uint64_t kernels_hash(const Stages &stages, std::uint32_t features) {
+std::uint64_t kernels_hash(const Stages &stages, const KernelChoice &choice) {
   std::uint64_t hash = 0xcbf29ce484222325u;
   const auto add = [&hash](std::uint32_t word) { hash = (hash ^ word) * 0x100000001b3u; };
   for (const auto words : stages) {
     for (const std::uint32_t word : words) add(word);
   }
-  add(features);
+  add(choice.features);
+  for (const ProgramNeeds *needs : {&choice.surface, &choice.emission, &choice.transparency}) {
+    add(needs->groups);
+    add(needs->variants);
+  }
   return hash;
 }
 
-std::string cache_path(const std::string &folder, const LogicalDevice &device, std::uint32_t features) {
+// What of the programs a stage runs.
+ProgramNeeds needs_of(std::size_t stage, const KernelChoice &choice) {
+  ProgramNeeds needs;
+  if ((choice.features & FEATURE_PROGRAMS) == 0) return needs;
+  const auto is = [stage](Stage other) { return stage == static_cast<std::size_t>(other); };
+  const auto add = [&needs](const ProgramNeeds &part, std::uint32_t kind) {
+    needs.add(part);
+    if (part.groups != 0) needs.groups |= kind;
+  };
+  if (is(Stage::kShade)) add(choice.surface, GROUP_SURFACES);
+  if (is(Stage::kShade) || is(Stage::kLight)) add(choice.emission, GROUP_EMISSIONS);
+  if (is(Stage::kTrace) || is(Stage::kShadow) || is(Stage::kLight)) add(choice.transparency, GROUP_TRANSPARENCIES);
+  // Whitted's shadow rays ask what the glass is that they cross.
+  if (is(Stage::kShadow) && (choice.features & FEATURE_WHITTED) != 0) add(choice.surface, GROUP_SURFACES);
+  return needs;
+}
+
+std::string cache_path(const std::string &folder, const LogicalDevice &device, const KernelChoice &choice) {
   if (folder.empty()) return "";
   std::string uuid;  // the driver's: another version has another
   const VkPhysicalDeviceProperties &properties = device.physical().properties;
@@ -80,16 +104,16 @@ std::string cache_path(const std::string &folder, const LogicalDevice &device, s
   }
   char name[64];
   std::snprintf(name, sizeof name, "%04x-%04x-%016llx.bin", properties.vendorID, properties.deviceID,
-                static_cast<unsigned long long>(kernels_hash(stages_of(device), features)));
+                static_cast<unsigned long long>(kernels_hash(stages_of(device), choice)));
   return (std::filesystem::path(folder) / ("vulkan-" + uuid + "-" + name)).string();
 }
 
 }  // namespace
 
-Pipelines::Pipelines(LogicalDevice &device, std::uint32_t features, std::uint32_t push_size, const std::string &cache,
-                     std::vector<CompiledStage> *report)
+Pipelines::Pipelines(LogicalDevice &device, const KernelChoice &choice, std::uint32_t push_size,
+                     const std::string &cache, std::vector<CompiledStage> *report)
     : device_(device) {
-  const std::string path = cache_path(cache, device, features);
+  const std::string path = cache_path(cache, device, choice);
   try {
     const VkPushConstantRange range{VK_SHADER_STAGE_COMPUTE_BIT, 0, push_size};
     VkPipelineLayoutCreateInfo layout{};
@@ -99,9 +123,9 @@ Pipelines::Pipelines(LogicalDevice &device, std::uint32_t features, std::uint32_
     check(device_.vkCreatePipelineLayout(device_.handle, &layout, nullptr, &layout_), "vkCreatePipelineLayout");
     load_cache(path);
     if (report == nullptr) {
-      compile_all(features);
+      compile_all(choice);
     } else {
-      for (std::size_t s = 0; s < pipelines_.size(); ++s) report->push_back(compile_and_report(s, features));
+      for (std::size_t s = 0; s < pipelines_.size(); ++s) report->push_back(compile_and_report(s, choice));
     }
     save_cache(path);
   } catch (...) {
@@ -118,34 +142,35 @@ void Pipelines::release() {
   device_.vkDestroyPipelineLayout(device_.handle, layout_, nullptr);
 }
 
-void Pipelines::compile_all(std::uint32_t features) {
+void Pipelines::compile_all(const KernelChoice &choice) {
   std::vector<std::future<void>> tasks;
   for (std::size_t stage = 0; stage < pipelines_.size(); ++stage) {
-    tasks.push_back(std::async(std::launch::async, [this, stage, features] { compile(stage, features); }));
+    tasks.push_back(std::async(std::launch::async, [this, stage, &choice] { compile(stage, choice); }));
   }
   for (std::future<void> &task : tasks) task.wait();
   for (std::future<void> &task : tasks) task.get();
 }
 
-CompiledStage Pipelines::compile_and_report(std::size_t stage, std::uint32_t features) {
+CompiledStage Pipelines::compile_and_report(std::size_t stage, const KernelChoice &choice) {
   const auto begin = std::chrono::steady_clock::now();
-  compile(stage, features);
+  compile(stage, choice);
   CompiledStage compiled{kStageNames[stage], 0.0, {}};
   compiled.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   if (device_.tells_statistics()) compiled.statistics = statistics_of(device_, pipelines_[stage]);
   return compiled;
 }
 
-void Pipelines::compile(std::size_t stage, std::uint32_t features) {
-  const std::span<const std::uint32_t> code = stages_of(device_)[stage];
+void Pipelines::compile(std::size_t stage, const KernelChoice &choice) {
+  // KERNEL_FEATURES, PROGRAM_GROUPS and PROGRAM_VARIANTS of stage.glsl.
+  const ProgramNeeds needs = needs_of(stage, choice);
+  const std::uint32_t constants[] = {choice.features, needs.groups, needs.variants};
+  const std::vector<std::uint32_t> code = specialize_spirv(stages_of(device_)[stage], constants);
   VkShaderModuleCreateInfo module_info{};
   module_info.sType = VK_STRUCTURE_TYPE_SHADER_MODULE_CREATE_INFO;
-  module_info.codeSize = code.size_bytes();
+  module_info.codeSize = code.size() * sizeof(std::uint32_t);
   module_info.pCode = code.data();
   VkShaderModule module = VK_NULL_HANDLE;
   check(device_.vkCreateShaderModule(device_.handle, &module_info, nullptr, &module), "vkCreateShaderModule");
-  const VkSpecializationMapEntry entry{0, 0, sizeof(std::uint32_t)};  // KERNEL_FEATURES of stage.glsl
-  const VkSpecializationInfo specialization{1, &entry, sizeof features, &features};
   VkComputePipelineCreateInfo info{};
   info.sType = VK_STRUCTURE_TYPE_COMPUTE_PIPELINE_CREATE_INFO;
   info.layout = layout_;
@@ -154,7 +179,6 @@ void Pipelines::compile(std::size_t stage, std::uint32_t features) {
   info.stage.stage = VK_SHADER_STAGE_COMPUTE_BIT;
   info.stage.module = module;
   info.stage.pName = "main";
-  info.stage.pSpecializationInfo = &specialization;
   const VkResult result =
       device_.vkCreateComputePipelines(device_.handle, cache_, 1, &info, nullptr, &pipelines_[stage]);
   device_.vkDestroyShaderModule(device_.handle, module, nullptr);

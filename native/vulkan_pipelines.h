@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "program_compile.h"
 #include "vulkan_api.h"
 
 namespace cotorra::vulkan {
@@ -14,11 +15,18 @@ namespace cotorra::vulkan {
 // The order is that of the arrays in vulkan_pipelines.cpp.
 enum class Stage : std::size_t { kBegin, kPrepare, kTrace, kOutline, kShade, kLight, kShadow, kBounce, kFilm, kCount };
 
+// What is compiled into the stages.
+struct KernelChoice {
+  std::uint32_t features = 0;
+  // What the programs of the scene need, by the parts of materials; a stage has what it runs.
+  ProgramNeeds surface, emission, transparency;
+};
+
 class Pipelines {
  public:
   // Compiles on several threads, or with `report` one stage after the other. `cache` is a folder, empty for none; what
   // cannot be read or written there is done without.
-  Pipelines(LogicalDevice &device, std::uint32_t features, std::uint32_t push_size, const std::string &cache,
+  Pipelines(LogicalDevice &device, const KernelChoice &choice, std::uint32_t push_size, const std::string &cache,
             std::vector<CompiledStage> *report = nullptr);
   ~Pipelines();
   Pipelines(const Pipelines &) = delete;
@@ -28,9 +36,9 @@ class Pipelines {
   VkPipelineLayout layout() const { return layout_; }
 
  private:
-  void compile(std::size_t stage, std::uint32_t features);
-  void compile_all(std::uint32_t features);
-  CompiledStage compile_and_report(std::size_t stage, std::uint32_t features);
+  void compile(std::size_t stage, const KernelChoice &choice);
+  void compile_all(const KernelChoice &choice);
+  CompiledStage compile_and_report(std::size_t stage, const KernelChoice &choice);
   void load_cache(const std::string &path);
   void save_cache(const std::string &path) const;
   void release();

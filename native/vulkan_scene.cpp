@@ -63,12 +63,20 @@ void upload_textures(const Scene &scene, Uploader &uploader, SceneData &data) {
     const std::size_t generated = mesh.generated.v != nullptr ? scene.mesh_lengths(k).positions : 0;
     mesh.tangents.v = uploader.put(std::span(mesh.tangents.v, tangents), "tangents");
     mesh.generated.v = uploader.put(std::span(mesh.generated.v, generated), "texture coordinates");
+    mesh.attributes.v = uploader.put(std::span(source.attributes[k]), "attributes");
+    mesh.attribute_table.v = uploader.put(std::span(source.attribute_tables[k]), "attributes");
   }
   data.textures.v = uploader.put(std::span<const Texture>(images), "images");
-  data.texture_slots.v = uploader.put(std::span(source.slots), "texture slots");
-  data.material_inputs.v = uploader.put(std::span(source.inputs), "materials");
+  const ProgramLibrary &library = scene.programs();
+  data.programs.v = uploader.put(scene.material_programs(), "materials");
+  data.program_code.v = uploader.put(std::span(library.code), "programs");
+  data.program_closures.v = uploader.put(std::span(library.closures), "programs");
+  data.program_constants.v = uploader.put(std::span(library.constants), "programs");
+  data.tables.v = uploader.put(std::span(library.tables), "programs");
   data.mesh_textures.v = uploader.put(std::span<const MeshTextures>(meshes), "meshes");
   data.object_spaces.v = uploader.put(std::span(source.spaces), "instances");
+  data.instance_attributes.v = uploader.put(std::span(source.instance_attributes), "attributes");
+  data.instance_infos.v = uploader.put(std::span(source.infos), "instances");
 }
 
 }  // namespace

@@ -52,7 +52,9 @@ class WavefrontOnCard final : public Wavefront {
         film_(device_, job) {
     // Kernels are compiled while the scene is built and copied.
     std::future<double> compiled = std::async(std::launch::async, [&, begin = Clock::now()] {
-      pipelines_.emplace(device_, job.features, static_cast<std::uint32_t>(sizeof(WavePush)), choice.cache);
+      const KernelChoice kernels{job.features, scene.surface_needs(), scene.emission_needs(),
+                                 scene.transparency_needs()};
+      pipelines_.emplace(device_, kernels, static_cast<std::uint32_t>(sizeof(WavePush)), choice.cache);
       return seconds_since(begin);
     });
     upload(choice.threads);
@@ -94,16 +96,16 @@ class WavefrontOnCard final : public Wavefront {
   }
 
   bool has(std::uint32_t feature) const { return (job_.features & feature) != 0; }
-  bool all_lights() const { return wave_.scene.light_count <= job_.lights_at_once; }
+  bool all_lights() const { return job_.scene->light_count <= job_.lights_at_once; }
   // Does it matter what a surface does with light?
   bool scatters() const { return !has(FEATURE_TOON) && job_.classic.integrator != Integrator::kOcclusion; }
   // Shadow rays that a lane may send to lights at its vertex number `bounce`.
   std::uint32_t light_slots(std::uint32_t bounce) const {
     if (job_.classic.integrator == Integrator::kOcclusion) return 0;
-    if (job_.classic.integrator == Integrator::kToon) return wave_.scene.light_count;
+    if (job_.classic.integrator == Integrator::kToon) return job_.scene->light_count;
     const std::uint32_t picks = bounce == 0 ? job_.lights_at_once : 1;
-    const bool emitters = has(FEATURE_EMISSIVE_MESHES) && wave_.scene.emitter_count > 0;
-    return (all_lights() ? wave_.scene.light_count : picks) + (emitters ? 1 : 0);
+    const bool emitters = has(FEATURE_EMISSIVE_MESHES) && job_.scene->emitter_count > 0;
+    return (all_lights() ? job_.scene->light_count : picks) + (emitters ? 1 : 0);
   }
   std::uint32_t shadow_slots() const { return light_slots(0) + (sky_slot(0) != INVALID_ID ? 1 : 0); }
   // The place of the one to the sky.
@@ -116,7 +118,10 @@ class WavefrontOnCard final : public Wavefront {
   // other.
   std::uint32_t vertices() const {
     if (has(FEATURE_WHITTED)) return ~0u;
-    return has(FEATURE_BOUNCES | FEATURE_BSDF_RAYS) ? job_.limits.max_bounces + 2 : 1;
+    const std::uint32_t bounces = has(FEATURE_BOUNCES | FEATURE_BSDF_RAYS) ? job_.limits.max_bounces + 2 : 1;
+    // Surfaces that tint what they let through are shaded, too.
+    const std::uint32_t passes = std::min(job_.limits.transparent_bounces, TRANSPARENT_UNLIMITED) + 1;
+    return bounces + (scene_.tints() ? passes : 0);
   }
 
   const Scene &scene_;
@@ -142,8 +147,9 @@ void WavefrontOnCard::upload(int threads) {
   const auto begin = Clock::now();
   double build_seconds = 0.0;
   Uploader uploader(device_);
-  wave_.scene = *job_.scene;
-  const std::vector<Mesh> meshes = upload_scene(scene_, job_.features, uploader, wave_.scene);
+  SceneData data = *job_.scene;
+  const std::vector<Mesh> meshes = upload_scene(scene_, job_.features, uploader, data);
+  wave_.scene = uploader.put(std::span<const SceneData>(&data, 1), "the scene");
   if (device_.ray_query()) {
     const AccelerationPlan plan(scene_);
     wave_.acceleration.geometries.v = uploader.put(std::span(plan.geometries), "the acceleration structure");
@@ -179,6 +185,7 @@ std::uint64_t WavefrontOnCard::lane_bytes() const {
   std::uint64_t bytes =
       sizeof(CameraRay) + sizeof(PathState) + sizeof(Hit) + sizeof(Surface) + sizeof(WaveSample) + 2 * sizeof(uint);
   if (scatters()) bytes += sizeof(Bsdf);
+  if (scatters() && has(FEATURE_LOBES)) bytes += sizeof(Lobe);
   bytes += shadow_slots() * (sizeof(ShadowRay) + sizeof(uint));
   if (has(FEATURE_DATA_PASSES)) bytes += sizeof(WaveRecord);
   if (has(FEATURE_WHITTED)) bytes += sizeof(WaveTree) + (job_.classic.depth + 1) * sizeof(WavePending);
@@ -201,6 +208,7 @@ void WavefrontOnCard::allocate_lanes() {
   wave_.hits.v = add<Hit>(n);
   wave_.surfaces.v = add<Surface>(n);
   if (scatters()) wave_.bsdfs.v = add<Bsdf>(n);
+  if (scatters() && has(FEATURE_LOBES)) wave_.lobes.v = add<Lobe>(n);
   wave_.shadow_rays.v = add<ShadowRay>(shadows);
   wave_.samples.v = add<WaveSample>(n);
   if (has(FEATURE_DATA_PASSES)) wave_.records.v = add<WaveRecord>(n);
@@ -227,8 +235,8 @@ void WavefrontOnCard::allocate_lanes() {
 
 void WavefrontOnCard::describe_job() {
   wave_.camera = job_.camera;
-  wave_.integrator = {job_.limits.max_bounces, job_.limits.diffuse_bounces, job_.limits.glossy_bounces,
-                      job_.limits.roulette_start, job_.limits.transparent_bounces};
+  wave_.integrator = {job_.limits.max_bounces,    job_.limits.diffuse_bounces,     job_.limits.glossy_bounces,
+                      job_.limits.roulette_start, job_.limits.transparent_bounces, job_.limits.transmission_bounces};
   wave_.sample_bits = job_.sample_bits;
   wave_.light_groups = job_.passes.light_groups;
   wave_.adaptive = job_.passes.error ? 1u : 0u;
@@ -289,7 +297,7 @@ bool WavefrontOnCard::render(std::span<FilmTile> tiles, std::uint32_t first, std
 // All stages of a batch. Returns false if cancelled.
 bool WavefrontOnCard::run_batch(const Batch &batch, RayCounts &counts) {
   WavePush push{};
-  push.data.v = reinterpret_cast<const WaveData *>(data_->address());
+  push.data.v = reinterpret_cast<WaveData *>(data_->address());
   push.first_pixel = batch.first_pixel;
   push.pixel_count = batch.pixel_count;
   push.first_sample = batch.first_sample;
@@ -430,12 +438,13 @@ std::unique_ptr<Wavefront> make_wavefront(const Scene &scene, const RenderJob &j
   return std::make_unique<WavefrontOnCard>(scene, job, choice, std::move(instance), physical, ray_query, figures);
 }
 
-std::vector<CompiledStage> compile_kernels(std::uint32_t features, const std::string &cache,
-                                           std::shared_ptr<Instance> instance, const Physical &physical,
-                                           bool ray_query) {
+std::vector<CompiledStage> compile_kernels(std::uint32_t features, const ProgramNeeds &programs,
+                                           const std::string &cache, std::shared_ptr<Instance> instance,
+                                           const Physical &physical, bool ray_query) {
   LogicalDevice device(std::move(instance), physical, {ray_query, true});
   std::vector<CompiledStage> stages;
-  const Pipelines pipelines(device, features, static_cast<std::uint32_t>(sizeof(WavePush)), cache, &stages);
+  const KernelChoice kernels{features, programs, programs, programs};
+  const Pipelines pipelines(device, kernels, static_cast<std::uint32_t>(sizeof(WavePush)), cache, &stages);
   return stages;
 }
 

@@ -31,8 +31,8 @@ std::unique_ptr<Wavefront> make_wavefront(const Scene &scene, const RenderJob &j
                                           SharedFigures &figures);
 
 // As compile_vulkan_kernels of device.h.
-std::vector<CompiledStage> compile_kernels(std::uint32_t features, const std::string &cache,
-                                           std::shared_ptr<Instance> instance, const Physical &physical,
-                                           bool ray_query);
+std::vector<CompiledStage> compile_kernels(std::uint32_t features, const ProgramNeeds &programs,
+                                           const std::string &cache, std::shared_ptr<Instance> instance,
+                                           const Physical &physical, bool ray_query);
 
 }  // namespace cotorra::vulkan

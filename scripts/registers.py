@@ -18,10 +18,14 @@ FAMILIES = ('navi21', 'navi31', 'gfx1201')  # RDNA 2, 3 and 4
 SETS = {
     'direct': ('soft lights', 'specular lobe'),
     'path': ('bounces', 'soft lights', 'visible lights', 'specular lobe', 'world', 'light found by bounces'),
-    'everything': ('-Whitted', '-toon'),  # no scene uses it all
-    'whitted': ('-toon',),
-    'toon': ('-Whitted', '-bounces', '-light found by bounces'),
+    # No scene uses it all.
+    'everything': ('-Whitted', '-toon', '-programs', '-lobes'),
+    'whitted': ('-toon', '-programs', '-lobes'),
+    'toon': ('-Whitted', '-bounces', '-light found by bounces', '-programs', '-lobes'),
+    'programs': ('-Whitted', '-toon'),
 }
+# What programs hold of most materials that are made of images.
+OPS = ('component', 'combine', 'math', 'mix_f', 'mix_color', 'mapping', 'parametric', 'normal_map', 'image_v')
 TRACINGS = ('SOFTWARE', 'HARDWARE')  # builds of the stages that trace; the others are the same
 COLUMNS = {'VGPRs': 'VGPRs', 'SGPRs': 'SGPRs', 'spilled': 'Spilled VGPRs', 'waves': 'Subgroups per SIMD'}
 COLUMNS |= {'instructions': 'Instructions', 'bytes': 'Code size', 'scratch': 'Scratch size'}
@@ -29,11 +33,12 @@ COLUMNS |= {'instructions': 'Instructions', 'bytes': 'Code size', 'scratch': 'Sc
 COMPILE = """
 import json, sys
 import cotorra_native
-names = [name for name in sys.argv[2:] if not name.startswith('-')]
+names = [name for name in sys.argv[3:] if not name.startswith('-')]
 if not names:
     everything = max((names for _, names in cotorra_native.kernels()), key=len)
     names = [name for name in everything if '-' + name not in sys.argv]
-print(json.dumps(cotorra_native.compile_kernels(names, ray_tracing=sys.argv[1])))
+ops = sys.argv[2].split(',') if 'programs' in names else []
+print(json.dumps(cotorra_native.compile_kernels(names, ray_tracing=sys.argv[1], ops=ops)))
 """
 
 
@@ -44,7 +49,7 @@ def compile_for(family: str, features: tuple[str, ...], tracing: str = 'HARDWARE
         raise RuntimeError('no RADV is at hand (scripts/mesa fetches it)')
     environment = os.environ | {'VK_DRIVER_FILES': driver, 'RADV_FORCE_FAMILY': family}
     environment['MESA_SHADER_CACHE_DISABLE'] = 'true'  # the seconds are those of a first start
-    command = [sys.executable, '-c', COMPILE, tracing, *features]
+    command = [sys.executable, '-c', COMPILE, tracing, ','.join(OPS), *features]
     done = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=300)
     if done.returncode != 0:
         raise RuntimeError(f'{family}: {done.stderr.strip() or f"the compiler ended with {done.returncode}"}')

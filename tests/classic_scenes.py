@@ -13,6 +13,8 @@ import numpy as np
 from cotorra import native
 from cotorra.export import buffers
 
+import shaders
+
 F32, U32, I32 = np.float32, np.uint32, np.int32
 LIGHT_TYPES = {'POINT': buffers.LIGHT_POINT, 'SUN': buffers.LIGHT_SUN, 'SPOT': buffers.LIGHT_SPOT}
 
@@ -123,17 +125,19 @@ def _models(materials: list[Material]) -> buffers.MaterialModels | None:
 
 
 def _materials(shapes: list[Shape]) -> buffers.Materials:
-    rows = [shape.material for shape in shapes]
-    names = ('base_color', 'metallic', 'roughness', 'ior', 'specular_level', 'emission', 'transmission', 'alpha')
-    count = len(rows)
+    """Material number i has shader number i."""
+    count = len(shapes)
     return buffers.Materials(
-        **{name: np.array([getattr(row, name) for row in rows], F32) for name in names},
-        specular_tint=np.ones((count, 3), F32),
-        multi_ggx=np.zeros(count, U32),
         pass_index=np.zeros(count, I32),
         emission_sampling=np.ones(count, U32),
-        models=_models(rows),
+        shader=np.arange(count, dtype=I32),
+        models=_models([shape.material for shape in shapes]),
     )
+
+
+def _shader(material: Material) -> buffers.Shader:
+    names = ('base_color', 'metallic', 'roughness', 'ior', 'specular_level', 'emission', 'transmission', 'alpha')
+    return shaders.principled(multi_ggx=False, **{name: getattr(material, name) for name in names})
 
 
 def _lights(lamps: list[Lamp]) -> buffers.Lights:
@@ -193,6 +197,7 @@ def exported(
         meshes=tuple(meshes),
         instances=instances,
         materials=_materials(shapes),
+        shaders=tuple(_shader(shape.material) for shape in shapes),
         material_slots=np.arange(count, dtype=U32),
         lights=_lights(lamps or []),
         world=buffers.World(color=world),

@@ -11,6 +11,7 @@ import sys
 from collections.abc import Iterator
 from pathlib import Path
 from types import ModuleType
+from typing import Any
 
 import pytest
 
@@ -50,6 +51,17 @@ def fake(monkeypatch: pytest.MonkeyPatch) -> None:
     fake_native.reset()
     monkeypatch.setattr(native, 'load', lambda: fake_native)
     monkeypatch.setattr(native, 'embree_library', lambda: 'libembree4.so')
+
+
+@pytest.fixture(scope='session')
+def lavapipe() -> Any:
+    """The device that runs single shaders (vulkan.Runner); the test is skipped where there is none."""
+    import vulkan
+
+    runner = vulkan.open_lavapipe()
+    if isinstance(runner, str):
+        pytest.skip(runner)
+    return runner
 
 
 @pytest.fixture(scope='module')

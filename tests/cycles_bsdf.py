@@ -7,6 +7,7 @@ cast no shadows and are seen by the camera only. It knows nothing of Cotorra.
 
 from __future__ import annotations
 
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import bpy
@@ -25,37 +26,49 @@ SOCKETS = {
 }
 
 
-def _material(distribution: str) -> bpy.types.Material:
+@dataclass(frozen=True)
+class Shader:
+    """A node of Blender's, the attribute that each of its sockets reads, its other settings and constant sockets."""
+
+    node: str
+    sockets: dict[str, str]
+    settings: dict[str, object] = field(default_factory=dict)
+    constants: dict[str, float] = field(default_factory=dict)
+
+
+def _material(shader: Shader, facet: np.ndarray) -> bpy.types.Material:
     material = bpy.data.materials.new('facets')
     tree = material.node_tree
     tree.nodes.clear()
     output = tree.nodes.new('ShaderNodeOutputMaterial')
-    bsdf = tree.nodes.new('ShaderNodeBsdfPrincipled')
-    bsdf.distribution = distribution
-    tree.links.new(bsdf.outputs['BSDF'], output.inputs['Surface'])
-    for name, socket in SOCKETS.items():
+    bsdf = tree.nodes.new(shader.node)
+    for name, value in shader.settings.items():
+        setattr(bsdf, name, value)
+    for name, value in shader.constants.items():
+        bsdf.inputs[name].default_value = value
+    tree.links.new(bsdf.outputs[0], output.inputs['Surface'])
+    for name, socket in shader.sockets.items():
         node = tree.nodes.new('ShaderNodeAttribute')
-        node.attribute_name = name
-        vector = name in ('base_color', 'specular_tint')
-        tree.links.new(node.outputs['Vector' if vector else 'Fac'], bsdf.inputs[socket])
+        node.attribute_name = f'facet_{name}'  # 'color' alone would be the object's
+        tree.links.new(node.outputs['Vector' if facet[name].ndim == 2 else 'Fac'], bsdf.inputs[socket])
     return material
 
 
-def _facets(facet: np.ndarray, normals: np.ndarray, side: int) -> bpy.types.Mesh:
-    """One square a pixel, each tilted about the pixel's centre."""
+def _facets(facet: np.ndarray, names: list[str], normals: np.ndarray, side: int, back: bool) -> bpy.types.Mesh:
+    """One square a pixel, each tilted about the pixel's centre; `back`: it turns its back to the viewer."""
     count = side * side
     y, x = np.divmod(np.arange(count), side)
-    corner = np.array([(-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5)])
+    corner = np.array([(-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5)])[:: -1 if back else 1]
     xy = np.stack([x, y], -1)[:, None, :] + 0.5 + corner[None]
     z = -(normals[:, None, :2] * corner[None]).sum(-1) / normals[:, None, 2]
     mesh = bpy.data.meshes.new('facets')
     mesh.from_pydata(
         np.concatenate([xy, z[..., None]], -1).reshape(-1, 3).tolist(), [], np.arange(4 * count).reshape(-1, 4).tolist()
     )
-    for name in SOCKETS:
+    for name in names:
         values = np.ascontiguousarray(facet[name], np.float32)
         kind = 'FLOAT_VECTOR' if values.ndim == 2 else 'FLOAT'
-        attribute = mesh.attributes.new(name, kind, 'FACE')
+        attribute = mesh.attributes.new(f'facet_{name}', kind, 'FACE')
         attribute.data.foreach_set('vector' if values.ndim == 2 else 'value', values.ravel())
     return mesh
 
@@ -67,17 +80,21 @@ def render(
     sun: np.ndarray | None = None,
     samples: int = 1,
     distribution: str = 'MULTI_GGX',
+    shader: Shader | None = None,
+    back: bool = False,
 ) -> dict[str, np.ndarray]:
     """Radiance and passes of each facet, (count, 3) each, under a sun of irradiance 1 toward `sun` or in a white world.
 
-    facet: materials with the fields of SOCKETS, a square number of them. normals: (count, 3), z above 0.
+    facet: materials with the fields that `shader` reads (Principled's SOCKETS by default), a square number of them.
+    normals: (count, 3), z above 0, on the viewer's side, which is the facets' back where `back` is set.
     """
+    shader = shader or Shader('ShaderNodeBsdfPrincipled', SOCKETS, {'distribution': distribution})
     side = round(len(facet) ** 0.5)
     assert side * side == len(facet)
     bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
     scene = bpy.context.scene
-    mesh = _facets(facet, normals, side)
-    mesh.materials.append(_material(distribution))
+    mesh = _facets(facet, list(shader.sockets), normals, side, back)
+    mesh.materials.append(_material(shader, facet))
     thing = bpy.data.objects.new('facets', mesh)
     for ray in ('diffuse', 'glossy', 'transmission', 'volume_scatter', 'shadow'):
         setattr(thing, f'visible_{ray}', False)

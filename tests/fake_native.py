@@ -9,7 +9,11 @@ from __future__ import annotations
 import threading
 import time
 
+import cotorra_native
 import numpy as np
+
+# Lists, by which trees are read.
+shader_ops, shader_closures = cotorra_native.shader_ops, cotorra_native.shader_closures
 
 # Knobs.
 fail_in = ''  # 'scene', 'session', 'device', 'lost', 'render' or 'read'
@@ -63,6 +67,9 @@ class Scene:
 
     def stats(self):
         return {'build_seconds': build_seconds, 'memory_bytes': bytes, 'triangles': 0}
+
+    def varying_lights(self):
+        return []
 
 
 class Session:

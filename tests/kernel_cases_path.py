@@ -36,12 +36,16 @@ INTEGRATOR = (
         glossy_bounces=integers(5),
         roulette_start=integers(4),
         transparent_bounces=choices(0, 1, 3, 256),
+        transmission_bounces=integers(5),
     ),
 )
 # Without the feature nothing fills in a model: two outputs would differ by what was in memory before.
 NO_MODEL = 'if (!FEATURE(FEATURE_MODELS)) {{ model_clear({0}.model); }} '
 # The viewer is on the side of the triangle that its normals are on, as after surface_from_hit.
-FACING = 'vec3 o = dot(s.ng, wo) < 0.0f ? -wo : wo; Bsdf bsdf; bsdf_prepare(scene, material, s.n, s.ng, o, bsdf); '
+FACING = (
+    'vec3 o = dot(s.ng, wo) < 0.0f ? -wo : wo; Bsdf bsdf; bsdf_prepare(scene, material, s.n, s.ng, o, bsdf);'
+    'Lobe lobe; lobe_clear(LOBE_NONE, vec3(0.0f), s.n, lobe);'
+)
 
 MICROFACET = [
     Case(
@@ -169,13 +173,21 @@ STAGES = [
     ),
     Case(
         'path_finds',
-        'light = path_meet_light(scene, lamp, path, p, d, t_max, group); sky = path_escape(scene, path);'
-        'front = select(emits_from(material.flags, s.side), 1u, 0u);'
-        'glow = path_emission(scene, path, s, material, d, t_max);'
+        'light = path_meet_light(scene, lamp, path, p, d, t_max, group); sky = path_escape(scene, path, d);'
+        'glow = path_emission(scene, path, s, material, d, t_max); at = path_point(scene, path, s, d, t_max);'
+        'counted = background_point(d); path_counts(path, counted);'
         'through = found_throughput(scene, path, mask, found_pdf);',
         {'lamp': LAMP, 'path': PATH, 'p': POINT, 'd': DIRECTION, 't_max': ('float', magnitudes(0.1, 100.0))}
         | {'s': SURFACE, 'material': MATERIAL, 'mask': ('uint', integers(64))},
-        {'light': 'vec3', 'group': 'int', 'sky': 'vec3', 'front': 'uint', 'glow': 'vec3', 'through': 'vec3'}
+        {
+            'light': 'vec3',
+            'group': 'int',
+            'sky': 'vec3',
+            'at': 'ShaderPoint',
+            'counted': 'ShaderPoint',
+            'glow': 'vec3',
+            'through': 'vec3',
+        }
         | {'found_pdf': 'float'},
         scene=True,
     ),
@@ -192,8 +204,8 @@ STAGES = [
         'const Light light = LOAD(scene.lights, lamp); LightSample l; light_sample(light, s.p, s.n, u, l);'
         'gain = light_contribution(light, l, bsdf, o, path.throughput, 2.0f);'
         'casts = select(light_shadow_ray(scene, light, s, path.bounce, l.wi, l.distance, gain, shadow), 1u, 0u);'
-        'lit = select(path_sample_light(scene, lamp, path, s, bsdf, o, u, 2.0f, ray), 1u, 0u);'
-        'importance = light_importance(scene, lamp, s); pick = path_pick_light(scene, s, u.x, scale);'
+        'lit = select(path_sample_light(scene, lamp, path, s, bsdf, lobe, o, u, 2.0f, ray), 1u, 0u);'
+        'importance = light_importance(scene, lamp, s, false); pick = path_pick_light(scene, s, false, u.x, scale);'
         'const Surface start = smooth_surface(s, bsdf); smooth_n = start.n;',
         {'material': MATERIAL, 's': SURFACE, 'wo': WO, 'wi': DIRECTION, 'mask': ('uint', integers(64)), 'lamp': LAMP}
         | {'path': PATH, 'u': SQUARE},
@@ -205,7 +217,7 @@ STAGES = [
     ),
     Case(
         'emitter_stage',
-        FACING + 'lit = select(path_sample_emitter(scene, path, s, bsdf, o, pick, u, ray), 1u, 0u);',
+        FACING + 'lit = select(path_sample_emitter(scene, path, s, bsdf, lobe, o, pick, u, ray), 1u, 0u);',
         {'material': MATERIAL, 's': SURFACE, 'wo': WO, 'path': PATH, 'pick': UNIT, 'u': SQUARE},
         {'lit': 'uint', 'ray': 'ShadowRay'},
         ROUNDING,
@@ -214,13 +226,17 @@ STAGES = [
     Case(
         'bounce_stage',
         FACING + 'BsdfSample b; bsdf_sample(bsdf, o, choice.x, u, b); onward = state;'
-        'advanced = select(path_advance(integrator, onward, s, b, choice.y, start), 1u, 0u); next = state;'
-        'goes_on = select(path_bounce(scene, integrator, next, s, bsdf, o, u, choice, origin, d), 1u, 0u);'
-        'apart = state; path_note_kind(bsdf, o, wi, apart);',
+        'advanced = select(path_advance(scene, integrator, onward, s, b, choice.y, start), 1u, 0u); next = state;'
+        'goes_on = select(path_bounce(scene, integrator, next, s, bsdf, lobe, o, u, choice, origin, d), 1u, 0u);'
+        'apart = state; path_note_kind(bsdf, lobe, o, wi, apart); left = state;'
+        'path_leave(scene, path_spread(scene, left, o), left, s);'
+        'through = state;'
+        'passes = select(path_pass(scene, through, s, o, beyond), 1u, 0u);',
         {'integrator': INTEGRATOR, 'state': PATH, 's': SURFACE, 'material': MATERIAL, 'wo': WO, 'u': SQUARE}
         | {'choice': SQUARE, 'wi': DIRECTION},
         {'apart': 'PathState', 'goes_on': 'uint', 'next': 'PathState', 'origin': 'vec3', 'd': 'vec3'}
-        | {'advanced': 'uint', 'onward': 'PathState', 'start': 'vec3'},
+        | {'advanced': 'uint', 'onward': 'PathState', 'start': 'vec3', 'left': 'PathState', 'through': 'PathState'}
+        | {'passes': 'uint', 'beyond': 'vec3'},
         ROUNDING,
         scene=True,
     ),

@@ -10,6 +10,7 @@ from functools import cache
 
 import numpy as np
 
+from kernel_inputs_programs import add_programs
 from kernel_inputs_textures import add_textures
 from kernel_parity import Draw, Scene
 from kernel_source import constants, dtype_of
@@ -58,7 +59,7 @@ def directions(upper: bool = False) -> Draw:
 
     def draw(rng: np.random.Generator, n: int) -> np.ndarray:
         values = rng.normal(size=(n, 3))
-        values[:6] = np.concatenate([np.eye(3), -np.eye(3)])
+        values[:6] = np.concatenate([np.eye(3), -np.eye(3)])[:n]
         if upper:
             values[:, 2] = np.abs(values[:, 2]) + 1e-3
         return (values / np.linalg.norm(values, axis=1, keepdims=True)).astype(np.float32)
@@ -239,7 +240,6 @@ def scene() -> Scene:
     emitters['instance'] = rng.integers(0, INSTANCES, EMITTERS)
     emitters['triangle'] = rng.integers(0, TRIANGLES, EMITTERS)
     emitters['visibility'] = known['VISIBLE_ALL']
-    emitters['sides'] = rng.choice((known['MATERIAL_EMIT_FRONT'], known['MATERIAL_EMIT_BACK']), EMITTERS)
     power = emitters['area'] * (emitters['radiance'] @ np.array((0.2126, 0.7152, 0.0722), np.float32))
     emitters['cdf'] = np.cumsum(power) / power.sum()
 
@@ -260,13 +260,27 @@ def scene() -> Scene:
             'instances': instances,
             'emitters': emitters,
             'classic': np.zeros(MATERIALS, dtype_of('ClassicMaterial')),
-            'albedo': rng.uniform(0.4, 1.0, known['ALBEDO_SIZE']).astype(np.float32),
+            'albedo': rng.uniform(0.4, 1.0, known['TABLE_SIZE']).astype(np.float32),
+            'tables': np.random.default_rng(3).uniform(0.0, 1.0, 4 * 257).astype(np.float32),
             'filter_table': np.sort(rng.uniform(-1.0, 1.0, known['FILTER_TABLE_SIZE'])).astype(np.float32),
         },
         nested={'meshes': nested},
     )
     add_textures(made, rng, 3 * TRIANGLES, TRIANGLES + 2)
+    assert add_programs(made) == MATERIALS, 'rows name materials with programs by this number'
     return made
+
+
+def principled_inputs(rng: np.random.Generator, n: int) -> np.ndarray:
+    """Principled surfaces with any of its layers."""
+    unit = ('metallic', 'roughness', 'coat', 'coat_roughness', 'sheen', 'sheen_roughness', 'diffuse_roughness')
+    unit += ('subsurface', 'subsurface_anisotropy', 'anisotropic', 'rotation', 'transmission', 'specular_level')
+    fields = {name: uniform(0.2) for name in unit}
+    fields |= {name: colors() for name in ('base_color', 'specular_tint', 'coat_tint', 'sheen_tint', 'emission')}
+    fields |= {name: uniform(1.1, 2.0) for name in ('ior', 'coat_ior', 'film_ior')}
+    fields |= {name: directions() for name in ('tangent', 'n', 'coat_n')}
+    fields |= {name: integers(2) for name in ('thin_wall', 'multiscatter', 'inside')}
+    return records('PrincipledInputs', film=choices(0.0, 0.0, 300.0), **fields)(rng, n)
 
 
 def hits(rng: np.random.Generator, n: int) -> np.ndarray:
@@ -315,6 +329,7 @@ def paths(rng: np.random.Generator, n: int) -> np.ndarray:
         ray_kind=choices(*kinds),
         random=integers(),
         transparent_bounces=integers(4),
+        transmission_bounces=integers(3),
         kind_pdf=choices(0.0, 0.1, 1.0, 30.0),
         kind_weight=colors(2.0),
     )(rng, n)

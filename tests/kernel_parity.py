@@ -49,6 +49,9 @@ class Case:
                variables to assign, `scene` where asked for.
     inputs:    name -> (kernel type, how to draw n values of it).
     outputs:   name -> kernel type; flags are written as uint.
+    program:   the body calls ops of shading programs.
+    groups:    names of the groups of ops (program/ops.h) that the body's programs need; the shader has no others.
+    ops:       names of ops that the body calls by their numbers.
     tolerance: of all float outputs; `tolerances` names those that differ from it.
     """
 
@@ -59,6 +62,9 @@ class Case:
     tolerance: Tolerance = EXACT
     tolerances: dict[str, Tolerance] = field(default_factory=dict)
     scene: bool = False
+    program: bool = False
+    groups: tuple[str, ...] = ()
+    ops: tuple[str, ...] = ()
 
     def record(self, fields: Sequence[tuple[str, str]]) -> np.dtype:
         return kernels.record_dtype(tuple((kind, name, 1) for kind, name in fields))[0]
@@ -91,32 +97,33 @@ class Scene:
     arrays: dict[str, np.ndarray]
     nested: dict[str, list[tuple[int, str, np.ndarray]]]
 
-    def place(self, put: Callable[[np.ndarray], int]) -> int:
-        """Puts every array where `put` says and returns the address of the SceneData that refers to them."""
+    def place(self, put: Callable[[np.ndarray], int], count: int) -> int:
+        """Puts every array where `put` says and returns the address of `count` SceneData that refer to them."""
         data = self.data.copy()
         for name, array in self.arrays.items():
             array = array.copy()
             for index, member, target in self.nested.get(name, ()):
                 array[member][index] = put(target)
             data[name] = put(array)
-        return put(data)
+        return put(np.repeat(data, count))  # a case may change its own
 
 
 # ---- Source text
 
-_INCLUDES = ''.join(f'#include "{header.name}"\n' for header in kernels.HEADERS)
+_INCLUDES = ''.join(kernels.include(header) for header in kernels.HEADERS)
+_PROGRAM_INCLUDES = ''.join(kernels.include(header) for header in kernels.PROGRAM_HEADERS)
 
 
 def _struct(name: str, fields: Sequence[tuple[str, str]]) -> str:
     return f'struct {name} {{ {" ".join(f"{kind} {field};" for kind, field in fields)} }};\n'
 
 
-def _body(case: Case, index: str) -> str:
+def _body(case: Case, index: str, scene: str) -> str:
     """The part that both languages share: unpack, run, pack."""
     lines = [f'  {kind} {name} = LOAD(case_in, {index}).{name};' for kind, name in case.input_fields]
     lines += [f'  {kind} {name};' for kind, name in case.output_fields]
     if case.scene:
-        lines.append('  SceneData scene = LOAD(scenes, 0u);')
+        lines.append(f'  {scene};')
     lines.append(f'  {case.body}')
     lines += [f'  case_out.v[{index}].{name} = {name};' for _, name in case.output_fields]
     return '\n'.join(lines) + '\n'
@@ -125,15 +132,21 @@ def _body(case: Case, index: str) -> str:
 def glsl(case: Case) -> str:
     """The compute shader of a case."""
     layout = 'layout(buffer_reference, scalar, buffer_reference_align = 8)'
+    headers = _INCLUDES + (_PROGRAM_INCLUDES if case.program else '')
+    choice = ''
+    if case.groups or not case.program:  # drivers take minutes to compile every op where none is run
+        mask = sum(kernels.constants()[group] for group in case.groups)
+        choice = (
+            f'#define PROGRAM_GROUP(BIT) (((BIT) & {mask:#x}u) != 0u)\n#define PROGRAM_VARIANT(BIT) ((BIT) != 0u)\n'
+        )
     return (
-        f'{_INCLUDES}{_struct("CaseIn", case.input_fields)}{_struct("CaseOut", case.output_fields)}'
+        f'{choice}{headers}{_struct("CaseIn", case.input_fields)}{_struct("CaseOut", case.output_fields)}'
         'BUFFER_REF(CaseIn, CaseInBuffer)\n'
         f'{layout} writeonly buffer CaseOutBuffer {{ CaseOut v[]; }};\n'
-        'BUFFER_REF(SceneData, SceneDataBuffer)\n'
         'layout(push_constant, scalar) uniform Push {\n'
-        '  CaseInBuffer case_in; CaseOutBuffer case_out; SceneDataBuffer scenes; uint case_count;\n};\n'
+        '  CaseInBuffer case_in; CaseOutBuffer case_out; SceneData scenes; uint case_count;\n};\n'
         'void main() {\n  if (gl_GlobalInvocationID.x >= case_count) return;\n'
-        f'{_body(case, "gl_GlobalInvocationID.x")}}}\n'
+        f'{_body(case, "gl_GlobalInvocationID.x", "SceneData scene = scenes + int(gl_GlobalInvocationID.x)")}}}\n'
     )
 
 
@@ -143,17 +156,19 @@ def cpp(cases: Sequence[Case], features: int) -> str:
         '#include <cstdint>\n',
         f'namespace cotorra {{ constexpr std::uint32_t KERNEL_FEATURES = {features:#x}u; }}\n',
         _INCLUDES,
-        'namespace cotorra {\nBUFFER_REF(SceneData, SceneDataBuffer)\n',
+        _PROGRAM_INCLUDES,
+        'namespace cotorra {\n',
     ]
     for case in cases:
+        body = _body(case, 'case_i', 'SceneData scene = scenes[case_i]')
         parts.append(
             f'namespace {case.name}_case {{\n'
             f'{_struct("CaseIn", case.input_fields)}{_struct("CaseOut", case.output_fields)}'
             'BUFFER_REF(CaseIn, CaseInBuffer)\n'
             'struct CaseOutBuffer { CaseOut *v; };\n'
             f'extern "C" void {case.name}_run(CaseInBuffer case_in, CaseOutBuffer case_out,\n'
-            '    [[maybe_unused]] SceneDataBuffer scenes, uint case_count) {\n'
-            f'for (uint case_i = 0u; case_i < case_count; ++case_i) {{\n{_body(case, "case_i")}}}\n}}\n}}\n'
+            '    [[maybe_unused]] const SceneData *scenes, uint case_count) {\n'
+            f'for (uint case_i = 0u; case_i < case_count; ++case_i) {{\n{body}}}\n}}\n}}\n'
         )
     return ''.join(parts) + '}\n'
 
@@ -180,7 +195,11 @@ def run_cpu(library: ctypes.CDLL, case: Case, inputs: np.ndarray, scene: Scene) 
         return kept[-1].ctypes.data
 
     outputs = np.zeros(len(inputs), case.record(case.output_fields))
-    pointers = [ctypes.c_void_p(put(inputs)), ctypes.c_void_p(outputs.ctypes.data), ctypes.c_void_p(scene.place(put))]
+    pointers = [
+        ctypes.c_void_p(put(inputs)),
+        ctypes.c_void_p(outputs.ctypes.data),
+        ctypes.c_void_p(scene.place(put, len(inputs))),
+    ]
     getattr(library, f'{case.name}_run')(*pointers, ctypes.c_uint32(len(inputs)))
     return outputs
 
@@ -198,7 +217,12 @@ def run_vulkan(runner: Runner, case: Case, inputs: np.ndarray, scene: Scene, fea
     output_address = put(np.zeros(len(inputs), dtype))
     output = kept[-1]
     spirv = kernels.compile_glsl(f'case_{case.name}', glsl(case))
-    runner.run(spirv, [input_address, output_address, scene.place(put)], len(inputs), {FEATURES_CONSTANT: features})
+    runner.run(
+        spirv,
+        [input_address, output_address, scene.place(put, len(inputs))],
+        len(inputs),
+        {FEATURES_CONSTANT: features},
+    )
     return output.data.view(dtype).copy()
 
 

@@ -20,7 +20,12 @@ from native_build import BUILD, ROOT, included
 
 KERNELS = ROOT / 'kernels'
 # Every header is both languages', except the one that is C++'s side of the bargain.
-HEADERS = sorted(path for path in KERNELS.glob('*.h') if path.name != 'language_cpp.h')
+HEADERS = sorted(
+    path for path in KERNELS.rglob('*.h') if path.name != 'language_cpp.h' and path.parent.name != 'program'
+)
+# Ops of shading programs: what reads none of them does not include them.
+PROGRAM_HEADERS = sorted((KERNELS / 'program').glob('*.h'))
+EVERY_HEADER = [*HEADERS, *PROGRAM_HEADERS]
 
 PRELUDE = """#version 460
 #extension GL_GOOGLE_include_directive : require
@@ -33,14 +38,22 @@ layout(constant_id = 0) const uint KERNEL_FEATURES = 0xffffffffu;
 """
 
 _COMMENT = re.compile(r'//[^\n]*|/\*.*?\*/', re.DOTALL)
-_STRUCT = re.compile(r'^struct (\w+) \{(.*?)^\};', re.DOTALL | re.MULTILINE)
-_FIELD = re.compile(r'(\w+)\s+(\w+)(?:\[(\w+)\])?\s*;')
+_STRUCT = re.compile(r'^(?:struct |RECORD\()(\w+)\)? \{(.*?)^\};', re.DOTALL | re.MULTILINE)
+_FIELD = re.compile(r'(\w+)(?:\(\w+\))?\s+(\w+)(?:\[(\w+)\])?\s*;')
+_RECORD = re.compile(r'^RECORD\((\w+)\)', re.MULTILINE)
 _FUNCTION = re.compile(r'^FN\s+\w+\s+(\w+)\s*\(', re.MULTILINE)
+# From the name to the next function, or to the end.
+_DEFINITION = re.compile(r'^FN\s+\w+\s+(\w+)\s*\((.*?)(?=^FN\b|\Z)', re.DOTALL | re.MULTILINE)
 _REFERENCE = re.compile(r'^BUFFER_(?:REF|RW)\((\w+),\s*(\w+)\)', re.MULTILINE)
-_CONSTANT = re.compile(r'^const uint (\w+) = (\w+?)u;', re.MULTILINE)
+_CONSTANT = re.compile(r'^const uint (\w+) =\s+(\w+?)u;', re.MULTILINE)
 
 _SCALARS = {'float': np.dtype('<f4'), 'uint': np.dtype('<u4'), 'int': np.dtype('<i4')}
 _VECTORS = {'vec': 'float', 'uvec': 'uint', 'ivec': 'int'}
+
+
+def include(path: Path) -> str:
+    """The line that includes a header."""
+    return f'#include "{path.relative_to(KERNELS).as_posix()}"\n'
 
 
 @cache
@@ -54,31 +67,50 @@ def functions(path: Path) -> list[str]:
     return _FUNCTION.findall(text(path))
 
 
+def bodies(path: Path) -> dict[str, str]:
+    """Text of each function that a header defines, by its name; those of one name together."""
+    found: dict[str, str] = {}
+    for name, body in _DEFINITION.findall(text(path)):
+        found[name] = found.get(name, '') + body
+    return found
+
+
 @cache
 def structs_of(path: Path) -> dict[str, list[tuple[str, str, int]]]:
     """Every record that a header declares: its fields as (type, name, number of elements), in order."""
     return {
-        name: [(kind, field, int(count or 1)) for kind, field, count in _FIELD.findall(body)]
+        name: [(kind, field, _count(count)) for kind, field, count in _FIELD.findall(body)]
         for name, body in _STRUCT.findall(text(path))
     }
+
+
+def _count(text: str) -> int:
+    """Elements of an array, by number or by the name of a constant."""
+    return constants()[text] if text and not text.isdecimal() else int(text or 1)
 
 
 @cache
 def structs() -> dict[str, list[tuple[str, str, int]]]:
     """Every record of the kernels."""
-    return {name: fields for path in HEADERS for name, fields in structs_of(path).items()}
+    return {name: fields for path in EVERY_HEADER for name, fields in structs_of(path).items()}
 
 
 @cache
 def references() -> dict[str, str]:
     """Buffer reference types by name, with the type of their elements."""
-    return {name: element for path in HEADERS for element, name in _REFERENCE.findall(text(path))}
+    return {name: element for path in EVERY_HEADER for element, name in _REFERENCE.findall(text(path))}
+
+
+@cache
+def records_by_address() -> set[str]:
+    """Records that others hold, and functions hand on, by their address."""
+    return {name for path in EVERY_HEADER for name in _RECORD.findall(text(path))}
 
 
 @cache
 def constants() -> dict[str, int]:
     """Integer constants of the headers, such as LIGHT_SPOT."""
-    return {name: int(value, 0) for path in HEADERS for name, value in _CONSTANT.findall(text(path))}
+    return {name: int(value, 0) for path in EVERY_HEADER for name, value in _CONSTANT.findall(text(path))}
 
 
 def _layout(kind: str) -> tuple[np.dtype, int]:
@@ -87,7 +119,7 @@ def _layout(kind: str) -> tuple[np.dtype, int]:
         return _SCALARS[kind], 4
     if kind[:-1] in _VECTORS:
         return np.dtype((_SCALARS[_VECTORS[kind[:-1]]], (int(kind[-1]),))), 4
-    if kind in references():
+    if kind in references() or kind == 'RECORD_REF':
         return np.dtype('<u8'), 8
     return record_dtype(tuple(structs()[kind]))
 

@@ -6,11 +6,11 @@ What is demanded of the models stands in test_models.py, test_models_sampling.py
 
 from __future__ import annotations
 
-from dataclasses import fields
+from dataclasses import dataclass, fields
 
 import cotorra_native
 import numpy as np
-from cotorra.export.buffers import MaterialModels, Materials
+from cotorra.export.buffers import F32, U32, MaterialModels
 from numpy.typing import NDArray
 
 PRINCIPLED, LAMBERT, OREN_NAYAR, PHONG, BLINN_PHONG, COOK_TORRANCE, TOON = range(7)
@@ -42,20 +42,33 @@ _MATERIAL: dict[str, object] = {
     'ior': 1.5,
     'specular_level': 0.5,
     'specular_tint': 1.0,
-    'alpha': 1.0,
     'multi_ggx': 1,
 }
-_COLORS = {'base_color', 'specular_tint', 'emission', 'specular_color', 'f0', 'f82_tint', 'conductor_n', 'conductor_k'}
+_COLORS = {'base_color', 'specular_tint', 'specular_color', 'f0', 'f82_tint', 'conductor_n', 'conductor_k'}
 _COLORS |= {'toon_lit', 'toon_shade', 'absorption'}
 
 
+@dataclass(frozen=True, slots=True)
+class Materials:
+    """Constants of Principled materials and their models, as the native module's laboratory takes them."""
+
+    base_color: F32
+    metallic: F32
+    roughness: F32
+    ior: F32
+    specular_level: F32
+    specular_tint: F32
+    multi_ggx: U32
+    models: MaterialModels
+
+
 def _arrays(record: type, defaults: dict[str, object], count: int, values: dict[str, object]) -> dict[str, np.ndarray]:
-    kinds = {'U32': np.uint32, 'U32 | None': np.uint32, 'I32': np.int32}
     result = {}
     for f in fields(record):
-        if f.name in {'names', 'models', 'textures'}:
+        if f.name == 'models':
             continue
-        value = np.asarray(values.get(f.name, defaults.get(f.name, 0)), kinds.get(str(f.type), np.float32))
+        kind = np.uint32 if f.type == 'U32' else np.float32
+        value = np.asarray(values.get(f.name, defaults.get(f.name, 0)), kind)
         if f.name in _COLORS and value.ndim == 1 and len(value) == count:
             value = value[:, None]
         shape = (count, 3) if f.name in _COLORS else (count,)

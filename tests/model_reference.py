@@ -7,10 +7,9 @@ Written without a look at the kernels' forms: where those avoid a cancellation, 
 from __future__ import annotations
 
 import numpy as np
-from cotorra.export.buffers import Materials
 
 import model_bench as bench
-from model_bench import unit
+from model_bench import Materials, unit
 
 # Directions are (N, 3) of length 1, n = z; cosines and angles are (N,). Materials have N entries, or one.
 

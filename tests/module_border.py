@@ -26,13 +26,25 @@ def load(name: str, path: str | Path) -> ModuleType:
     return module
 
 
+def package(name: str, folder: Path) -> None:
+    """A package whose own code, which needs Blender, is not run."""
+    made = ModuleType(name)
+    made.__path__ = [str(folder)]
+    sys.modules[name] = made
+
+
 library, embree = sys.argv[1:]
 cotorra_native = load('cotorra_native', library)
-# By itself: the package around it needs Blender.
-buffers = load('buffers', Path(__file__).resolve().parent.parent / 'addon' / 'export' / 'buffers.py')
+ADDON = Path(__file__).resolve().parent.parent / 'addon'
+package('cotorra', ADDON)
+package('cotorra.export', ADDON / 'export')
+package('cotorra.shader', ADDON / 'shader')
+buffers = importlib.import_module('cotorra.export.buffers')
+shaders = importlib.import_module('shaders')
 
 F32, U32, I32 = np.float32, np.uint32, np.int32
 WIDTH, HEIGHT = 37, 21
+SCALE = 10  # of Vector Math
 
 
 def ones(kind: type, *names: str, count: int = 1) -> dict[str, np.ndarray]:
@@ -62,15 +74,9 @@ def make_scene() -> object:
             terminator=np.zeros(1, F32),
         ),
         materials=buffers.Materials(
-            base_color=np.full((1, 3), 0.8, F32),
-            specular_tint=np.ones((1, 3), F32),
-            emission=np.zeros((1, 3), F32),
-            metallic=np.zeros(1, F32),
-            ior=np.full(1, 1.5, F32),
-            **ones(F32, 'roughness', 'specular_level', 'alpha'),
-            **ones(U32, 'multi_ggx', 'emission_sampling', 'emission_sides'),
-            pass_index=np.zeros(1, I32),
+            pass_index=np.zeros(1, I32), emission_sampling=np.ones(1, U32), shader=np.zeros(1, I32)
         ),
+        shaders=(shaders.principled(),),
         material_slots=np.zeros(1, U32),
         lights=buffers.Lights(
             type=np.zeros(1, U32),
@@ -87,38 +93,40 @@ def make_scene() -> object:
 
 
 def make_textured_scene() -> object:
-    """The quad with images at all of its inputs and holes in it; no image's bytes make whole words but the last's."""
+    """The quad with images at its inputs and holes in it; no image's bytes make whole words but the last's."""
     plain = make_scene()
     rng = np.random.default_rng(0)
     images = tuple(
         buffers.Image(f'image {channels}', (rng.random((3, 5, channels)) * 200).astype(kind))
         for channels, kind in ((1, np.uint8), (2, np.float16), (3, np.uint16), (4, F32))
     )
-    slots = np.zeros(9, buffers.TEXTURE_SLOT)
-    slots['mapping_s'], slots['mapping_t'] = (7.0, 0.0, 0.0, -3.0), (0.0, -5.0, 0.0, 2.0)
-    slots['scale'], slots['threshold'] = 0.005, np.nan
-    slots['image'], slots['interpolation'] = np.arange(9) % 4, np.arange(9) % 3
-    slots['extension'], slots['coordinates'] = np.arange(9) % 4, np.arange(9) % 4
-    textures = buffers.MaterialTextures(
-        slots=slots,
-        inputs=np.arange(9, dtype=I32)[None],
-        normal_strength=np.ones(1, F32),
-        normal_tangent=np.zeros(1, U32),
-        normal_space=np.zeros(1, U32),
-    )
+    sketch = shaders.Sketch()
+    places = [sketch.op('attribute', 0.0), sketch.op('generated'), sketch.op('object_position'), sketch.op('position')]
+
+    def read(use: int, name: str = 'image_v') -> object:
+        at = sketch.op('affine', places[use % 4], (7.0, 0.0, 0.0), (0.0, -5.0, 0.0), 0.0, (-3.0, 2.0, 0.0))
+        mode = use % 3 | use % 4 << 2
+        value = sketch.op(name, at, use % 4, 0.0, 0.0, mode=mode)
+        return value if name == 'image_f' else sketch.op('vector_math_v', value, 0.0, 0.0, 0.005, mode=SCALE)
+
+    colors = ('base_color', 'specular_tint', 'emission')
+    numbers = ('metallic', 'roughness', 'ior', 'specular_level')
+    values = {name: read(use) for use, name in enumerate(colors)}
+    values |= {name: sketch.op('component', read(use + 3)) for use, name in enumerate(numbers)}
+    values['alpha'] = read(6, 'image_f')  # clipped: there are holes
+    sketch.principled(**values, normal=sketch.op('normal_map', read(8), 1.0, 0.0))
     mesh = dataclasses.replace(
         plain.meshes[0],
         uv=rng.random((6, 2)).astype(F32),
         tangents=np.tile(np.array([1, 0, 0, 1], F32), (6, 1)),
         generated=rng.random((4, 3)).astype(F32),
     )
-    spaces = buffers.InstanceSpaces(np.eye(3, 4, dtype=F32)[None].copy())
     return dataclasses.replace(
         plain,
         meshes=(mesh,),
         images=images,
-        materials=dataclasses.replace(plain.materials, textures=textures),
-        instances=dataclasses.replace(plain.instances, spaces=spaces),
+        shaders=(sketch.shader(),),
+        tangent_layers=(0,),
     )
 
 
@@ -134,7 +142,37 @@ def render_textured(settings: object) -> None:
         image = np.zeros((HEIGHT, WIDTH, 4), F32)
         session.read('combined', image)
         assert np.isfinite(image).all() and 0.0 < image[..., 3].mean() < 1.0
-        assert {'textures', 'transparency'} <= set(session.stats()['features'])
+        assert {'programs', 'transparency'} <= set(session.stats()['features'])
+
+
+def render_wild(settings: object) -> None:
+    """Every op, whatever its arguments are, constants and what is computed: no place beyond an array is read."""
+    sketch = shaders.Sketch()
+    far = sketch.op('math', sketch.op('component', sketch.op('position')), 1e38, 0.0, mode=2)
+    wild = (far, np.nan, np.inf, -np.inf, -1.0, 3e9, 1e38, 70000.5)
+    total, uses = sketch.op('splat', far), 0
+    for name, (number, result, arguments) in cotorra_native.shader_ops().items():
+        if name.startswith(('ramp', 'curve', 'rgb_curve', 'vector_curve')):  # compiling demands their places
+            continue
+        for trial in range(3):
+            values = []
+            for kind in arguments:
+                uses += 1
+                value = far if name.startswith(('image', 'environment')) else wild[uses % len(wild)]
+                values.append(sketch.op('splat', value) if kind == 'v' else value)
+            mode = (37 * uses & 63) | (trial << 30 if number < 48 else 0)
+            value = sketch.op(name, *values, mode=mode)
+            total = sketch.op('vector_math_v', total, value if result == 'v' else sketch.op('splat', value), 0.0, 1.0)
+    sketch.principled(
+        base_color=total, roughness=far, normal=total, emission=total, alpha=sketch.op('component', total)
+    )
+    scene = build(dataclasses.replace(make_textured_scene(), shaders=(sketch.shader('wild'),)))
+    session = cotorra_native.Session(scene, make_camera(), dataclasses.replace(settings, samples=2))
+    session.start()
+    assert session.wait(120.0)
+    image = np.zeros((HEIGHT, WIDTH, 4), F32)
+    session.read('combined', image)
+    assert np.isfinite(image).all()
 
 
 def make_camera() -> object:
@@ -175,6 +213,7 @@ def main() -> None:
     session.stats()
 
     render_textured(settings)
+    render_wild(settings)
 
     # Arrays that do not fit are refused, and nothing is written through them.
     for out in (image[:, :, :3], image[:-1], image.astype(np.float64), image[:, ::2], np.zeros(3, F32)):
@@ -183,6 +222,8 @@ def main() -> None:
 
     good = make_scene()
     mesh = good.meshes[0]
+    textured = make_textured_scene()
+    (program,) = textured.shaders
     for wrong in (
         with_mesh(good, positions=mesh.positions.astype(np.float64)),
         with_mesh(good, positions=mesh.positions[:, :2]),
@@ -194,6 +235,15 @@ def main() -> None:
         dataclasses.replace(good, material_slots=np.zeros(1, np.uint8)),
         dataclasses.replace(good, lights=dataclasses.replace(good.lights, strength=np.zeros(1, F32))),
         dataclasses.replace(good, instances=dataclasses.replace(good.instances, transform=np.zeros((1, 3), F32))),
+        dataclasses.replace(good, materials=dataclasses.replace(good.materials, shader=np.ones(1, I32))),
+        dataclasses.replace(good, world=buffers.World(shader=1)),
+        dataclasses.replace(textured, images=textured.images[:3]),
+        dataclasses.replace(textured, shaders=(dataclasses.replace(program, args=program.args[:-1]),)),
+        dataclasses.replace(textured, shaders=(dataclasses.replace(program, args=program.args + 1),)),
+        dataclasses.replace(textured, shaders=(dataclasses.replace(program, modes=program.modes[1:]),)),
+        dataclasses.replace(textured, shaders=(dataclasses.replace(program, ops=program.ops + U32(400)),)),
+        dataclasses.replace(textured, shaders=(dataclasses.replace(program, constants=program.constants[:1]),)),
+        dataclasses.replace(textured, shaders=(dataclasses.replace(program, closure_args=program.closure_args[1:]),)),
     ):
         assert refused(build, wrong), wrong
 

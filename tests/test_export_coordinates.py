@@ -13,27 +13,45 @@ import bpy
 import numpy as np
 import pytest
 from cotorra import export
-from cotorra.export import buffers as B
 from cotorra.export.buffers import SceneBuffers
 from cotorra.log import Log
 
+from flat_scenes import shining
 from scenes import build
 from scenes.depsgraphs import exported, in_render
-from scenes.textured import between, show, slot, textured
+from scenes.materials import constants
+from scenes.textured import between, lookups, seen, show, textured
+from shaders import calls
+from texture_scenes import centres
 
 # ---- Coordinates.
 
 
-def moved(build_nodes: Callable[[bpy.types.NodeTree, bpy.types.NodeSocket], None]) -> tuple[SceneBuffers, list[str]]:
-    """The export of a material whose image takes its Vector from what `build_nodes` makes."""
+SIZE = 8  # of a picture
+
+
+def placed(
+    build_nodes: Callable[[bpy.types.NodeTree, bpy.types.NodeSocket], None],
+) -> tuple[SceneBuffers, list[str]]:
+    """The export of a material that shines with the coordinates that `build_nodes` makes."""
     build.new_scene()
-    material, node = textured()
-    build_nodes(material.node_tree, node.inputs['Vector'])
+    material = shining('Material')
+    build_nodes(material.node_tree, material.node_tree.nodes['Shine'].inputs['Color'])
     return show(material)
 
 
-def rows(found: np.void) -> np.ndarray:
-    return np.stack([found['mapping_s'], found['mapping_t']])
+def assert_rows(buffers: SceneBuffers, expected: object, z: float = 0.0, uv: bool = True) -> None:
+    """The coordinates are these rows times (u, v, z, 1), or with `uv` off times places in the world."""
+    x, y = centres(size=SIZE)
+    at = np.stack([(x + 1) / 2 if uv else x, (y + 1) / 2 if uv else y, np.full_like(x, z), np.ones_like(x)], axis=-1)
+    rows = np.asarray(expected, float)
+    np.testing.assert_allclose(seen(buffers, SIZE)[..., : len(rows)], at @ rows.T, atol=2e-6)
+
+
+def layers(buffers: SceneBuffers) -> list[int]:
+    """The layers that the material looks up."""
+    shader = buffers.shaders[buffers.materials.shader[1]]
+    return [int(args[0][0]) for name, _, args in calls(shader) if name == 'attribute']
 
 
 def test_uv_map_by_name() -> None:
@@ -46,7 +64,7 @@ def test_uv_map_by_name() -> None:
     second = data.uv_layers.new(name='Second')
     second.uv.foreach_set('vector', np.full(len(data.loops) * 2, 0.25, np.float32))
     buffers, warnings = show(material, mesh=data)
-    assert buffers.uv_layers == ('', 'Second') and slot(buffers)['uv_layer'] == 1 and not warnings
+    assert buffers.uv_layers == ('', 'Second') and layers(buffers) == [1] and not warnings
     uv = buffers.meshes[0].uv.reshape(2, -1, 2)
     assert (uv[1] == 0.25).all() and uv[0].max() == 1
 
@@ -57,8 +75,9 @@ def test_name_of_the_active_map_is_no_second_map() -> None:
         uv.uv_map = 'UVMap'
         build.connect(tree, uv.outputs[0], vector)
 
-    buffers, _ = moved(nodes)
-    assert buffers.uv_layers == ('',) and slot(buffers)['uv_layer'] == 0
+    buffers, _ = placed(nodes)
+    assert buffers.uv_layers == ('',) and layers(buffers) == [0]
+    assert_rows(buffers, np.eye(2, 4))
 
 
 def test_uv_map_that_a_mesh_has_not() -> None:
@@ -67,7 +86,7 @@ def test_uv_map_that_a_mesh_has_not() -> None:
         uv.uv_map = 'Gone'
         build.connect(tree, uv.outputs[0], vector)
 
-    buffers, warnings = moved(nodes)
+    buffers, warnings = placed(nodes)
     assert buffers.uv_layers == ('', 'Gone')
     assert not buffers.meshes[0].uv.reshape(2, -1, 2)[1].any()
     assert warnings == ['Object "Grid": mesh "Grid" has no UV map "Gone", which its material asks for: 0 is used']
@@ -103,24 +122,25 @@ def test_mapping(kind: str, expected: list) -> None:
     given = {'Rotation': (0, 0, QUARTER), 'Scale': (2, 4, 1)}
     if kind != 'VECTOR':
         given['Location'] = (0.25, 0.5, 0)
-    buffers, warnings = moved(mapping_node(kind, **given))
-    np.testing.assert_allclose(rows(slot(buffers)), expected, atol=1e-6)
+    buffers, warnings = placed(mapping_node(kind, **given))
+    assert_rows(buffers, expected)
     assert not warnings
 
 
-def test_mapping_of_normals_is_reported() -> None:
-    buffers, warnings = moved(mapping_node('NORMAL', Scale=(2, 2, 2)))
-    np.testing.assert_array_equal(rows(slot(buffers)), np.eye(2, 4))
-    assert warnings == [
-        'Material "Material": node "Image Texture": coordinates from node "Mapping" (Vector) are not supported yet: '
-        'the UV map is used'
-    ]
+def test_mapping_of_normals() -> None:
+    """By the inverse of the scale, and of length 1."""
+    buffers, warnings = placed(mapping_node('NORMAL', Scale=(2, 4, 1)))
+    x, y = centres(size=SIZE)
+    turned = np.stack([(x + 1) / 4, (y + 1) / 8, np.zeros_like(x)], axis=-1)
+    expected = turned / np.linalg.norm(turned, axis=-1, keepdims=True)
+    np.testing.assert_allclose(seen(buffers, SIZE), expected, atol=2e-6)
+    assert not warnings
 
 
 def test_mapping_without_coordinates_is_a_point() -> None:
     """As in Cycles, which gives only textures the UV map by default."""
-    buffers, _ = moved(mapping_node('POINT', output=None, Location=(0.25, 0.5, 0)))
-    np.testing.assert_array_equal(rows(slot(buffers)), [[0, 0, 0, 0.25], [0, 0, 0, 0.5]])
+    buffers, _ = placed(mapping_node('POINT', output=None, Location=(0.25, 0.5, 0)))
+    assert_rows(buffers, [[0, 0, 0, 0.25], [0, 0, 0, 0.5]])
 
 
 def test_vector_math() -> None:
@@ -132,27 +152,30 @@ def test_vector_math() -> None:
         build.connect(tree, product.outputs[0], total.inputs[0])
         build.connect(tree, total.outputs[0], vector)
 
-    buffers, warnings = moved(nodes)
-    np.testing.assert_array_equal(rows(slot(buffers)), [[2, 0, 0, 0.5], [0, 3, 0, 0.25]])
+    buffers, warnings = placed(nodes)
+    assert_rows(buffers, [[2, 0, 0, 0.5], [0, 3, 0, 0.25]])
     assert not warnings
 
 
-@pytest.mark.parametrize('output', ['Normal', 'Camera', 'Window', 'Reflection'])
-def test_coordinates_that_are_not_supported(output: str) -> None:
+@pytest.mark.parametrize(
+    ('output', 'op'),
+    [('Normal', 'normal'), ('Camera', 'camera_position'), ('Window', 'window'), ('Reflection', 'incoming')],
+)
+def test_other_coordinates(output: str, op: str) -> None:
     def nodes(tree: bpy.types.NodeTree, vector: bpy.types.NodeSocket) -> None:
         build.connect(tree, build.node(tree, 'TexCoord').outputs[output], vector)
 
-    buffers, [warning] = moved(nodes)
-    assert slot(buffers)['coordinates'] == B.COORDINATES_UV
-    assert f'coordinates from node "Texture Coordinate" ({output}) are not supported yet' in warning
+    buffers, warnings = placed(nodes)
+    assert op in {name for name, _, _ in calls(buffers.shaders[0])} and not warnings
 
 
 def test_generated() -> None:
     def nodes(tree: bpy.types.NodeTree, vector: bpy.types.NodeSocket) -> None:
         build.connect(tree, build.node(tree, 'TexCoord').outputs['Generated'], vector)
 
-    buffers, warnings = moved(nodes)
-    assert slot(buffers)['coordinates'] == B.COORDINATES_GENERATED and not warnings
+    buffers, warnings = placed(nodes)
+    assert_rows(buffers, [[0.5, 0, 0, 0.5], [0, 0.5, 0, 0.5]], uv=False)
+    assert not warnings
     mesh = buffers.meshes[0]
     # The grid is flat: its texture space has no height, but Blender gives it some.
     np.testing.assert_allclose(mesh.generated[:, :2], 0.5 * mesh.positions[:, :2] + 0.5, atol=1e-6)
@@ -179,18 +202,17 @@ def test_generated_is_from_before_deformation() -> None:
     np.testing.assert_allclose([mesh.generated.min(axis=0)[0], mesh.generated.max(axis=0)[0]], [0, 1], atol=1e-6)
 
 
-def test_object_coordinates_bring_the_spaces() -> None:
+def test_object_coordinates() -> None:
     def nodes(tree: bpy.types.NodeTree, vector: bpy.types.NodeSocket) -> None:
         build.connect(tree, build.node(tree, 'TexCoord').outputs['Object'], vector)
 
-    buffers, _ = moved(nodes)
-    assert slot(buffers)['coordinates'] == B.COORDINATES_OBJECT
-    spaces = buffers.instances.spaces.world_to_object
-    assert spaces.dtype == np.float32 and spaces.shape == (1, 3, 4)
-    bpy.context.scene.objects['Grid'].location = (1, 2, 3)
-    bpy.context.scene.objects['Grid'].scale = (2, 2, 0)  # flat: no inverse
-    spaces = exported(bpy.context.scene).instances.spaces.world_to_object
-    np.testing.assert_allclose(spaces[0] @ [3, 2, 3, 1], [1, 0, 0], atol=1e-6)
+    placed(nodes)
+    grid = bpy.context.scene.objects['Grid']
+    grid.location, grid.scale = (0.5, -0.25, 2), (4, 2, 1)
+    rows = [[0.25, 0, 0, -0.125], [0, 0.5, 0, 0.125], [0, 0, 1, -2]]
+    assert_rows(exported(bpy.context.scene), rows, z=2.0, uv=False)
+    grid.scale = (4, 2, 0)  # flat: no inverse
+    assert_rows(exported(bpy.context.scene), [*rows[:2], [0, 0, 0, 0]], z=2.0, uv=False)
 
 
 def test_coordinates_of_another_object() -> None:
@@ -201,10 +223,9 @@ def test_coordinates_of_another_object() -> None:
         coordinate.object = other
         build.connect(tree, coordinate.outputs['Object'], vector)
 
-    buffers, warnings = moved(nodes)
-    found = slot(buffers)
-    assert found['coordinates'] == B.COORDINATES_WORLD and buffers.instances.spaces is None and not warnings
-    np.testing.assert_allclose(rows(found), [[0.5, 0, 0, -0.5], [0, 0.5, 0, -1]], atol=1e-6)
+    buffers, warnings = placed(nodes)
+    assert_rows(buffers, [[0.5, 0, 0, -0.5], [0, 0.5, 0, -1]], uv=False)
+    assert not warnings
 
 
 # ---- Normal maps.
@@ -222,14 +243,19 @@ def normal_mapped(
     return material, node
 
 
+def bent(buffers: SceneBuffers, material: int = 1) -> tuple[int, tuple]:
+    """Mode and arguments of a material's normal map."""
+    shader = buffers.shaders[buffers.materials.shader[material]]
+    ((_, mode, args),) = [call for call in calls(shader) if call[0] == 'normal_map']
+    return mode, args
+
+
 def test_normal_map_brings_tangents() -> None:
     build.new_scene()
     material, _ = normal_mapped(Strength=0.5)
     buffers, warnings = show(material)
-    textures = buffers.materials.textures
-    assert slot(buffers, 'normal')['channel'] == B.CHANNEL_RGB and not warnings
-    assert textures.normal_strength[1] == 0.5 and textures.normal_space[1] == B.NORMAL_TANGENT
-    assert textures.normal_tangent[1] == 0 and buffers.tangent_layers == (0,)
+    assert bent(buffers) == (0, ('image_v', (0.5,) * 3, (0.0,) * 3)) and not warnings
+    assert buffers.tangent_layers == (0,)
     mesh = buffers.meshes[0]
     # The grid's u grows with x, and v with y.
     np.testing.assert_allclose(mesh.tangents, np.tile([1, 0, 0, 1], (len(mesh.uv), 1)), atol=1e-6)
@@ -263,21 +289,11 @@ def test_normal_map_without_a_uv_map_leaves_the_normal() -> None:
     assert not mesh.tangents[:, :3].any() and mesh.corners is not None
 
 
-@pytest.mark.parametrize(
-    ('space', 'code', 'scale'),
-    [
-        ('OBJECT', B.NORMAL_OBJECT, [1, 1, 1]),
-        ('WORLD', B.NORMAL_WORLD, [1, 1, 1]),
-        ('BLENDER_OBJECT', B.NORMAL_OBJECT, [1, -1, -1]),
-        ('BLENDER_WORLD', B.NORMAL_WORLD, [1, -1, -1]),
-    ],
-)
-def test_normal_maps_of_other_spaces(space: str, code: int, scale: list) -> None:
+@pytest.mark.parametrize(('space', 'code'), [('OBJECT', 1), ('WORLD', 2), ('BLENDER_OBJECT', 3), ('BLENDER_WORLD', 4)])
+def test_normal_maps_of_other_spaces(space: str, code: int) -> None:
     build.new_scene()
     buffers, warnings = show(normal_mapped(space)[0])
-    found = slot(buffers, 'normal')
-    assert buffers.materials.textures.normal_space[1] == code and buffers.meshes[0].tangents is None and not warnings
-    assert found['scale'].tolist() == scale and found['offset'].tolist() == [float(part < 0) for part in scale]
+    assert bent(buffers)[0] == code and buffers.meshes[0].tangents is None and not warnings
 
 
 @pytest.mark.skipif(
@@ -287,8 +303,7 @@ def test_directx_normal_map() -> None:
     build.new_scene()
     material, node = normal_mapped()
     node.convention = 'DIRECTX'
-    found = slot(show(material)[0], 'normal')
-    assert found['scale'].tolist() == [1, -1, 1] and found['offset'].tolist() == [0, 1, 0]
+    assert bent(show(material)[0])[0] == 8
 
 
 def test_bump_keeps_the_normal_map_beneath() -> None:
@@ -299,8 +314,7 @@ def test_bump_keeps_the_normal_map_beneath() -> None:
     build.connect(tree, node.outputs[0], bump.inputs['Normal'])
     build.connect(tree, bump.outputs[0], build.principled(material).inputs['Normal'])
     buffers, warnings = show(material)
-    assert slot(buffers, 'normal')['image'] == 0
-    assert warnings == ['Material "Material": not supported yet: Normal left out']
+    assert bent(buffers)[0] == 0 and lookups(buffers)[0].image == 0 and not warnings
 
 
 def test_flat_normal_map_without_an_image_changes_nothing() -> None:
@@ -308,7 +322,7 @@ def test_flat_normal_map_without_an_image_changes_nothing() -> None:
     material = build.material()
     between(material, build.node(material.node_tree, 'NormalMap'), 'Normal')
     buffers, warnings = show(material)
-    assert buffers.materials.textures is None and not warnings
+    assert constants(buffers, 1)['base_color'] == pytest.approx([0.8] * 3) and not warnings
 
 
 def test_tangents_equal_blenders_own() -> None:

@@ -40,7 +40,7 @@ def test_flat_quad() -> None:
     assert np.array_equal(mesh.positions, np.array(build.QUAD, np.float32))
     assert sorted(map(sorted, mesh.triangles.tolist())) in ([[0, 1, 2], [0, 2, 3]], [[0, 1, 3], [1, 2, 3]])
     assert (mesh.normals_domain, mesh.normals, mesh.corners, mesh.uv, mesh.slots) == ('FACE', None, None, None, None)
-    assert mesh.colors == {}
+    assert mesh.attributes == ()
 
 
 def test_positions_are_padded_for_embree() -> None:

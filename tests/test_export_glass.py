@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Glass is read for Whitted, from Principled and Glass BSDF, and left out by name for integrators that do not refract.
+"""Glass is read from Principled and Glass BSDF; what Whitted takes of it is its share of clear glass.
 
 How it is rendered is tested in test_whitted.py.
 """
@@ -8,22 +8,11 @@ from __future__ import annotations
 
 import bpy
 import pytest
-from cotorra.export.buffers import Materials
-from cotorra.log import Log
 
 from scenes import build
-from scenes.depsgraphs import exported
+from scenes.materials import shown
 
 pytestmark = pytest.mark.usefixtures('engine')
-
-
-def read(material: bpy.types.Material, integrator: str = 'WHITTED') -> tuple[Materials, list[str]]:
-    """The arrays, whose last row is the material's, and the warnings."""
-    scene = bpy.context.scene
-    scene.cotorra.integrator = integrator
-    build.mesh_object(scene).data.materials.append(material)
-    log = Log()
-    return exported(scene, log).materials, log.texts('WARNING')
 
 
 def glass_bsdf(**values: object) -> bpy.types.Material:
@@ -38,34 +27,21 @@ def glass_bsdf(**values: object) -> bpy.types.Material:
 
 def test_principled_glass() -> None:
     build.new_scene()
-    found, warnings = read(build.material('Glass', Transmission_Weight=0.75, Roughness=0.0, IOR=1.33))
-    assert found.transmission[-1] == 0.75 and found.transmission[0] == 0.0 and not warnings
-    assert found.ior[-1] == pytest.approx(1.33)
+    found = shown(build.material('Glass', Transmission_Weight=0.75, Roughness=0.0, IOR=1.33))
+    assert found.constants['transmission'] == 0.75 and not found.warnings
+    assert shown(None).constants['transmission'] == 0.0
 
 
-@pytest.mark.parametrize('integrator', ['DIRECT', 'PATH', 'AO', 'TOON'])
-def test_who_does_not_refract_leaves_it_out(integrator: str) -> None:
-    build.new_scene()
-    found, warnings = read(build.material('Glass', Transmission_Weight=1.0, Roughness=0.0), integrator)
-    assert found.transmission is None
-    assert warnings == ['Material "Glass": not supported yet: Transmission Weight left out']
+@pytest.mark.parametrize('integrator', ['DIRECT', 'PATH', 'WHITTED', 'AO', 'TOON'])
+def test_it_is_the_same_for_all_integrators(integrator: str) -> None:
+    build.new_scene().cotorra.integrator = integrator
+    found = shown(build.material('Glass', Transmission_Weight=1.0, Roughness=0.0))
+    assert found.constants['transmission'] == 1.0 and not found.warnings
 
 
 def test_glass_bsdf() -> None:
     build.new_scene()
-    found, warnings = read(glass_bsdf(Color=(1, 1, 1, 1), Roughness=0.0, IOR=2.4))
-    assert found.transmission[-1] == 1.0 and found.ior[-1] == pytest.approx(2.4) and not warnings
-    # Each crossing of Principled's glass tints by the root of its base colour.
-    found, warnings = read(glass_bsdf(Color=(0.5, 0.25, 1, 1), Roughness=0.0))
-    assert found.base_color[-1] == pytest.approx((0.25, 0.0625, 1.0))
-    assert len(warnings) == 1 and 'is not tinted' in warnings[0]
-    _, warnings = read(glass_bsdf(Roughness=0.0), 'PATH')
-    assert len(warnings) >= 1 and 'not supported yet: grey is used instead' in warnings[-1]
-
-
-def test_rough_glass_is_told_to_be_rendered_clear() -> None:
-    build.new_scene()
-    _, warnings = read(build.material('Frosted', Transmission_Weight=1.0, Roughness=0.4))
-    assert warnings == [
-        'Material "Frosted": node "Principled BSDF": rough glass lets light through as if it were smooth'
-    ]
+    found = shown(glass_bsdf(Color=(0.5, 0.25, 1, 1), Roughness=0.0, IOR=2.5))
+    assert found.constants['transmission'] == 1.0 and not found.warnings
+    (closure,) = found.closures
+    assert closure.name == 'glass' and closure.args[:3] == ((0.5, 0.25, 1.0), (0.0,) * 3, (2.5,) * 3)

@@ -16,7 +16,8 @@ from cotorra.export.buffers import SceneBuffers
 from cotorra.export.images import image_path, sequence_frame
 
 from scenes import build
-from scenes.textured import constants, show, slot, textured
+from scenes.materials import constants
+from scenes.textured import lookups, show, textured
 
 TYPES = {'uint8': 'uint8', 'uint16': 'uint16', 'float16': 'half', 'float32': 'float'}
 ENDINGS = {'uint8': 'png', 'uint16': 'png', 'float16': 'exr', 'float32': 'exr'}
@@ -201,7 +202,7 @@ def test_packed_rubbish() -> None:
     image.pack(data=b'no image at all', data_len=15)
     image.source = 'FILE'
     buffers, [warning] = shown(image)
-    assert constants(buffers, 'base_color') == [1, 0, 1] and not buffers.images
+    assert constants(buffers, 1)['base_color'] == [1, 0, 1] and not buffers.images
     assert warning.startswith('Material "Material": node "Image Texture": image "Rubbish" cannot be read from')
     assert 'cotorra-' not in warning  # no name of a passing file
 
@@ -267,15 +268,33 @@ def test_sequence_without_a_number(tmp_path: Path) -> None:
     assert image_path(image, 7) == str(tmp_path / 'still.png')
 
 
-def test_tiles_show_the_first(tmp_path: Path) -> None:
-    build.new_scene()
-    write(tmp_path / 'tile.1001.png', texels(3))
-    image = loaded(tmp_path / 'tile.1001.png')
+def tiles(folder: Path) -> bpy.types.Image:
+    image = loaded(write(folder / 'tile.1001.png', texels(3)))
+    write(folder / 'tile.1002.png', texels(3) + 1)
     image.source = 'TILED'
-    image.filepath = str(tmp_path / 'tile.<UDIM>.png')
-    buffers, warnings = shown(image)
-    np.testing.assert_array_equal(buffers.images[0].pixels, texels(3))
-    assert warnings == [f'Image "{image.name}": UDIM tiles are not supported yet: the first is shown']
+    image.filepath = str(folder / 'tile.<UDIM>.png')
+    image.tiles.new(1002)
+    return image
+
+
+def test_tiles_are_images_of_their_own(tmp_path: Path) -> None:
+    build.new_scene()
+    buffers, warnings = shown(tiles(tmp_path))
+    missing, first, second = (image.pixels for image in buffers.images)
+    assert missing.tolist() == [[[255, 0, 255]]]  # outside of all tiles
+    np.testing.assert_array_equal(first, texels(3))
+    np.testing.assert_array_equal(second, texels(3) + 1)
+    assert not warnings
+
+
+def test_tiles_show_the_first_where_projected(tmp_path: Path) -> None:
+    build.new_scene()
+    material, node = textured()
+    node.image, node.projection = tiles(tmp_path), 'BOX'
+    buffers, warnings = show(material)
+    [image] = buffers.images
+    np.testing.assert_array_equal(image.pixels, texels(3))
+    assert warnings == [f'Image "{node.image.name}": UDIM tiles are not supported yet: the first is shown']
 
 
 # ---- Files that are broken.
@@ -293,7 +312,7 @@ def test_broken_file_is_magenta(how: str, tmp_path: Path) -> None:
     else:
         path.write_bytes({'empty': b'', 'text': b'no image', 'cut': whole[: len(whole) // 2]}[how])
     buffers, [warning] = shown(image)
-    assert constants(buffers, 'base_color') == [1, 0, 1] and not buffers.images
+    assert constants(buffers, 1)['base_color'] == [1, 0, 1] and not buffers.images
     assert warning.startswith('Material "Material": node "Image Texture": image "image.png" ') and str(path) in warning
 
 
@@ -305,5 +324,5 @@ def test_damaged_jpeg_is_shown_as_far_as_it_goes(tmp_path: Path) -> None:
     whole = path.read_bytes()
     path.write_bytes(whole[: len(whole) * 3 // 4])
     buffers, [warning] = shown(image)
-    assert slot(buffers)['image'] == 0 and buffers.images[0].pixels.shape == (64, 64, 3)
+    assert lookups(buffers)[0].image == 0 and buffers.images[0].pixels.shape == (64, 64, 3)
     assert warning.startswith('Image "image.jpg" is damaged (')

@@ -36,7 +36,7 @@ def test_empty_scene() -> None:
     assert not buffers.meshes and not len(buffers.instances.mesh) and not len(buffers.lights.type)
     assert buffers.instances.transform.shape == (0, 3, 4) and buffers.lights.transform.shape == (0, 3, 4)
     assert buffers.world.color == (0, 0, 0) and buffers.light_groups == ()
-    assert len(buffers.materials.metallic) == 1
+    assert len(buffers.materials.shader) == 1
 
 
 def test_linked_duplicates_share_one_mesh() -> None:

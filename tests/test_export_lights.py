@@ -11,18 +11,27 @@ import math
 import bpy
 import numpy as np
 import pytest
+from cotorra import native
 from cotorra.export.buffers import Lights
 from cotorra.log import Log
 from mathutils import Euler, Matrix
 
 from scenes import build
 from scenes.depsgraphs import exported, messages
+from shaders import closures, emission_ops
 
 CAMERA, DIFFUSE, GLOSSY, TRANSMISSION, VOLUME, SHADOW = 1, 2, 4, 8, 16, 32
 
 
 def lights(scene: bpy.types.Scene) -> Lights:
     return exported(scene).lights
+
+
+def emission(shader: int, scene: bpy.types.Scene) -> tuple[object, object]:
+    """Weight and colour of a shader that is one emission."""
+    (closure,) = closures(exported(scene).shaders[shader])
+    assert closure.name == 'emission'
+    return closure.weight, closure.args[0]
 
 
 def test_dtypes() -> None:
@@ -66,7 +75,7 @@ def test_spot() -> None:
 
 
 def test_strength_is_a_product() -> None:
-    """Colour × temperature colour × energy × 2^exposure × the node tree."""
+    """Colour × temperature colour × energy × 2^exposure."""
     scene = build.new_scene()
     obj = build.light(scene, 'POINT', energy=10, color=(1, 0.5, 0.25), exposure=2)
     assert lights(scene).strength.tolist() == [[40, 20, 10]]
@@ -76,29 +85,29 @@ def test_strength_is_a_product() -> None:
     assert lights(scene).strength[0] == pytest.approx(np.array((40, 20, 10)) * warm, rel=1e-6)
 
 
-def test_node_tree_multiplies() -> None:
-    scene = build.new_scene()
-    data = build.with_nodes(build.light(scene, 'POINT', energy=10).data)
-    emission = next(node for node in data.node_tree.nodes if node.type == 'EMISSION')
-    emission.inputs['Strength'].default_value = 2
-    emission.inputs['Color'].default_value = (1, 0.5, 0.25, 1)
-    assert lights(scene).strength.tolist() == [[20, 10, 5]]
-    data.node_tree.links.clear()
-    assert not len(lights(scene).type)
-
-
-def test_node_tree_that_cannot_be_read() -> None:
+def test_node_tree_is_a_factor() -> None:
     scene = build.new_scene()
     data = build.with_nodes(build.light(scene, 'POINT', energy=10).data)
     tree = data.node_tree
-    emission = next(node for node in tree.nodes if node.type == 'EMISSION')
-    emission.inputs['Strength'].default_value = 3
-    build.connect(tree, build.node(tree, 'LightFalloff').outputs['Linear'], emission.inputs['Strength'])
-    log = Log()
-    assert exported(scene, log).lights.strength.tolist() == [[30, 30, 30]]
-    assert log.texts('WARNING') == [
-        'Light "Point": not supported yet: inputs that are no constants: Strength (node "Light Falloff", 3 is used)'
-    ]
+    node = next(node for node in tree.nodes if node.type == 'EMISSION')
+    node.inputs['Strength'].default_value = 2
+    node.inputs['Color'].default_value = (1, 0.5, 0.25, 1)
+    assert lights(scene).strength.tolist() == [[10, 10, 10]]
+    assert emission(lights(scene).shader[0], scene) == ((1.0,) * 3, (2.0, 1.0, 0.5))
+    assert native.load().Scene(exported(scene), bvh=False).stats()['lights'] == 1
+    tree.links.clear()
+    assert native.load().Scene(exported(scene), bvh=False).stats()['lights'] == 0
+
+
+def test_light_that_varies_is_named() -> None:
+    scene = build.new_scene()
+    build.light(scene, 'SUN')
+    data = build.with_nodes(build.light(scene, 'POINT', energy=10).data)
+    tree = data.node_tree
+    node = next(node for node in tree.nodes if node.type == 'EMISSION')
+    build.connect(tree, build.node(tree, 'LightFalloff').outputs['Linear'], node.inputs['Strength'])
+    buffers = exported(scene)
+    assert native.load().Scene(buffers, bvh=False).varying_lights() == [buffers.lights.names.index('Point')]
 
 
 def test_switches() -> None:
@@ -199,13 +208,23 @@ def test_strength_that_is_not_finite() -> None:
 
 def test_no_world_is_black() -> None:
     world = exported(build.new_scene()).world
-    assert (world.color, world.visibility, world.light_group) == ((0, 0, 0), 63, -1)
+    assert (world.color, world.visibility, world.light_group, world.shader) == ((0, 0, 0), 63, -1, -1)
+
+
+def shown(scene: bpy.types.Scene, log: Log | None = None) -> list[float]:
+    """The radiance of a world that is one emission."""
+    buffers = exported(scene, log)
+    if buffers.world.shader < 0:
+        return list(buffers.world.color)
+    (closure,) = closures(buffers.shaders[buffers.world.shader])
+    assert closure.name == 'emission' and buffers.world.color == (1.0, 1.0, 1.0)
+    return [weight * part for weight, part in zip(closure.weight, closure.args[0], strict=True)]
 
 
 def test_world_colour_times_strength() -> None:
     scene = build.new_scene()
     build.world(scene, (0.25, 0.5, 0.75), 2)
-    assert exported(scene).world.color == (0.5, 1.0, 1.5)
+    assert shown(scene) == [0.5, 1.0, 1.5]
 
 
 def test_world_visibility() -> None:
@@ -219,20 +238,22 @@ def test_world_visibility() -> None:
     assert exported(scene).world.visibility == 63 - VOLUME
 
 
-def test_environment_texture_is_reported() -> None:
+def world_program(scene: bpy.types.Scene) -> list[str]:
+    """Names of the ops that are evaluated where the world is seen; none for a constant."""
+    buffers = exported(scene)
+    return emission_ops(native.load().Scene(buffers, bvh=False).explain(buffers.world.shader))
+
+
+def test_world_that_varies_is_a_program() -> None:
     scene = build.new_scene()
     world = build.world(scene, (0.5, 0.25, 0.125), 2)
+    assert not world_program(scene)
     tree = world.node_tree
     background = next(node for node in tree.nodes if node.type == 'BACKGROUND')
     texture = build.node(tree, 'TexEnvironment')
     texture.image = bpy.data.images.new('Sky', 4, 2)
     build.connect(tree, texture.outputs['Color'], background.inputs['Color'])
-    log = Log()
-    assert exported(scene, log).world.color == (1.0, 0.5, 0.25)
-    assert log.texts('WARNING') == [
-        'World "World": not supported yet: inputs that are no constants: '
-        'Color (node "Environment Texture", 0.5 0.25 0.125 is used)'
-    ]
+    assert 'environment_v' in world_program(scene) and exported(scene).world.name == 'World'
 
 
 def test_missing_environment_texture_is_named() -> None:
@@ -243,7 +264,7 @@ def test_missing_environment_texture_is_named() -> None:
     texture = build.node(tree, 'TexEnvironment')
     build.connect(tree, texture.outputs['Color'], background.inputs['Color'])
     assert 'World "World": node "Environment Texture": no image is chosen' in messages(scene)
-    assert exported(scene).world.color == (1, 0, 1)
+    assert shown(scene) == [1, 0, 1]
 
 
 def test_emission_in_a_world_is_background() -> None:
@@ -251,14 +272,14 @@ def test_emission_in_a_world_is_background() -> None:
     tree = build.world(scene).node_tree
     emission = build.node(tree, 'Emission', Strength=3)
     build.connect(tree, emission.outputs[0], build.output(tree).inputs['Surface'])
-    assert exported(scene).world.color == (3, 3, 3)
+    assert shown(scene) == [3, 3, 3]
 
 
 def test_view_layer_without_environment() -> None:
     scene = build.new_scene()
     build.world(scene)
     bpy.context.view_layer.use_sky = False
-    assert exported(scene).world.color == (0, 0, 0)
+    assert shown(scene) == [0, 0, 0]
 
 
 @pytest.mark.skipif(
@@ -269,19 +290,19 @@ def test_world_override_of_a_view_layer() -> None:
     other = build.world(scene, (0, 1, 0))
     build.world(scene, (1, 0, 0))
     bpy.context.view_layer.world_override = other
-    assert exported(scene).world.color == (0, 1, 0)
+    assert shown(scene) == [0, 1, 0]
 
 
 def test_world_volume_is_reported() -> None:
     scene = build.new_scene()
     tree = build.world(scene).node_tree
     build.connect(tree, build.node(tree, 'VolumeScatter').outputs[0], build.output(tree).inputs['Volume'])
-    assert messages(scene) == ['World "World": not supported yet: Volume left out']
+    assert messages(scene) == ['World "World": volumes are not supported yet: left out']
 
 
 def test_world_that_is_not_finite() -> None:
     scene = build.new_scene()
     build.world(scene, strength=float('nan'))
     log = Log()
-    assert exported(scene, log).world.color == (0, 0, 0)
-    assert log.texts('WARNING') == ['World "World": its colour is not a finite number; 0 0 0 is used']
+    assert shown(scene, log) == [0, 0, 0]
+    assert log.texts('WARNING') == ['World "World": node "Background": Strength is not a finite number: 0 is used']

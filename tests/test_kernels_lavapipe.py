@@ -11,37 +11,36 @@ import re
 from functools import cache
 from pathlib import Path
 
+import cotorra_native
 import pytest
 
 import kernel_cases
 import kernel_cases_bvh
+import kernel_cases_closures
 import kernel_cases_integrators
 import kernel_cases_lights
 import kernel_cases_models
 import kernel_cases_path
+import kernel_cases_program
+import kernel_cases_shading
 import kernel_cases_textures
 import kernel_source as kernels
 from kernel_inputs import scene
 from kernel_parity import ALL_FEATURES, Case, build_cpu, differences, run_cpu, run_vulkan
-from vulkan import Runner, open_lavapipe
+from vulkan import Runner
 
 CASES = [
     *kernel_cases.CASES,
     *kernel_cases_bvh.CASES,
+    *kernel_cases_closures.CASES,
     *kernel_cases_integrators.CASES,
     *kernel_cases_lights.CASES,
     *kernel_cases_models.CASES,
     *kernel_cases_path.CASES,
+    *kernel_cases_program.CASES,
+    *kernel_cases_shading.CASES,
     *kernel_cases_textures.CASES,
 ]
-
-
-@pytest.fixture(scope='module')
-def lavapipe() -> Runner:
-    runner = open_lavapipe()
-    if isinstance(runner, str):
-        pytest.skip(runner)
-    return runner
 
 
 @cache
@@ -73,6 +72,33 @@ def test_every_function_has_a_row(header: Path) -> None:
     called = {name for case in CASES for name in re.findall(r'(\w+)\(', case.body)}
     missing = [name for name in kernels.functions(header) if name not in called]
     assert not missing, f'add rows for these to tests/kernel_cases.py: {", ".join(missing)}'
+
+
+def named_in_rows() -> set[str]:
+    """What the bodies of rows call, ops that they call by number included."""
+    called = {name for case in CASES for name in re.findall(r'(\w+)\(', case.body)}
+    return called | {f'op_{op}' for case in CASES for op in case.ops}
+
+
+def test_every_op_has_a_row() -> None:
+    """Each op runs in a row, under its name or by its number."""
+    called = named_in_rows()
+    missing = [op for op in cotorra_native.shader_ops() if f'op_{op}' not in called]
+    assert not missing, f'add rows for these to tests/kernel_cases_shading.py: {", ".join(missing)}'
+
+
+@pytest.mark.parametrize('header', kernels.PROGRAM_HEADERS, ids=lambda path: path.stem)
+def test_every_program_function_is_reached(header: Path) -> None:
+    """What ops are made of runs with them. No op counts because something calls it by number: a row must."""
+    calls = {name: body for path in kernels.PROGRAM_HEADERS for name, body in kernels.bodies(path).items()}
+    # program_context alone calls ops by number that are no functions of their own name.
+    reached, new = set(), named_in_rows()
+    while new:
+        reached |= new
+        called = {callee for name in new for callee in re.findall(r'(\w+)\(', calls.get(name, ''))}
+        new = {name for name in called if name in calls and not name.startswith('op_')} - reached
+    missing = [name for name in kernels.functions(header) if name not in reached]
+    assert not missing, f'nothing in the rows of tests/kernel_cases_*.py leads to: {", ".join(missing)}'
 
 
 def test_tolerances_have_reasons() -> None:

@@ -19,6 +19,7 @@ from cotorra.log import Log
 
 from scenes import build
 from scenes.depsgraphs import exported, messages
+from scenes.materials import constants
 
 pytestmark = pytest.mark.usefixtures('engine')
 
@@ -100,7 +101,7 @@ def test_the_override_is_for_all_materials_and_leaves_their_colors(scene):
     buffers = exported(scene)
     assert buffers.materials.models.model.tolist() == [4, 4]
     assert buffers.materials.models.shininess.tolist() == [99.0, 99.0]
-    assert np.allclose(buffers.materials.base_color, 0.8)
+    assert all(constants(buffers, index)['base_color'] == pytest.approx([0.8] * 3) for index in (0, 1))
     override.model = 'PRINCIPLED'
     assert models(scene) is None
 

@@ -8,10 +8,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from cotorra.export.buffers import Materials
 
 import model_bench as bench
 import model_reference as reference
+from model_bench import Materials
 
 COUNT = 20000
 

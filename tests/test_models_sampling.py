@@ -8,11 +8,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from cotorra.export.buffers import Materials
 
 import chi_square
 import model_bench as bench
-from model_bench import unit
+from model_bench import Materials, unit
 
 CELLS, FINE, COUNT = (24, 32), 12, 1_000_000
 

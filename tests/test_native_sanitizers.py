@@ -7,6 +7,8 @@ build of the CPU kernels, with every feature, stands for all.
 
 from __future__ import annotations
 
+import functools
+import operator
 import os
 import re
 import subprocess
@@ -18,6 +20,7 @@ import nanobind
 import pytest
 from cotorra.native import embree_library
 
+import kernel_source as kernels
 from native_build import BUILD, ROOT, build_module, build_objects, build_program, compiler
 
 # Without the Vulkan device, whose kernels CMake compiles; device_no_vulkan.cpp stands in for it.
@@ -27,8 +30,8 @@ PYTHON = [
     path for path in SOURCES if '#include <nanobind' in path.read_text() or '"python_arrays.h"' in path.read_text()
 ]
 NATIVE = [path for path in SOURCES if path not in PYTHON]
-ALL_FEATURES = 0x1FFFF
-MEMORY = ('-fsanitize=address,undefined', '-fno-sanitize-recover=all')
+ALL_FEATURES = functools.reduce(operator.or_, (v for k, v in kernels.constants().items() if k.startswith('FEATURE_')))
+MEMORY = ('-fsanitize=address,undefined,float-cast-overflow', '-fno-sanitize-recover=all')
 THREADS = ('-fsanitize=thread',)
 
 # Embree and its TBB are not built with the sanitizer: it sees their memory, but not the atomics that order its use.
@@ -60,7 +63,9 @@ def generated() -> Path:
     maker = build_program('make_albedo_tables', ['native/tools/make_albedo_tables.cpp'])
     folder = BUILD / f'generated-{maker.name}'
     folder.mkdir(exist_ok=True)
-    (folder / 'cpu_kernel_list.inc').write_text('COTORRA_KERNEL(cpu_kernel_test)\n')
+    (folder / 'cpu_kernel_list.inc').write_text(
+        'COTORRA_KERNEL(cpu_kernel_test)\nCOTORRA_PROGRAM(COTORRA_PROGRAM_NAME, 2u)\n'
+    )
     if not (folder / 'albedo_tables.h').exists():
         subprocess.run([maker, folder / 'albedo_tables.h'], check=True)
     return folder
@@ -70,7 +75,12 @@ def kernel_flags(level: int, generated: Path, sanitizers: tuple[str, ...]) -> li
     """Flags for one build of the kernels. Level 2 traces packets of 4 rays, level 3 of 8 (x86-64-v2 and -v3)."""
     flags = ['-O1', *sanitizers, '-fno-omit-frame-pointer', f'-march=x86-64-v{level}', f'-iquote{generated}']
     flags += [f'-DCOTORRA_KERNEL_LEVEL={level}', f'-DCOTORRA_KERNEL_FEATURES={ALL_FEATURES}u']
-    return [*flags, '-DCOTORRA_KERNEL_NAME=cpu_kernel_test', '-DCOTORRA_KERNEL_ISA="test"']
+    return [
+        *flags,
+        '-DCOTORRA_KERNEL_NAME=cpu_kernel_test',
+        '-DCOTORRA_PROGRAM_NAME=cpu_program_test',
+        '-DCOTORRA_KERNEL_ISA="test"',
+    ]
 
 
 def native_objects(level: int, generated: Path, sanitizers: tuple[str, ...]) -> list[Path]:

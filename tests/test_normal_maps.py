@@ -13,7 +13,22 @@ import numpy as np
 import pytest
 from cotorra.export import buffers as b
 
-from texture_scenes import F32, U32, camera, instances, lights, materials, plane, render, scene, slot, textures
+from texture_scenes import (
+    F32,
+    OBJECT,
+    TANGENT,
+    U32,
+    WORLD,
+    NormalMap,
+    Slot,
+    camera,
+    instances,
+    lights,
+    materials,
+    plane,
+    render,
+    scene,
+)
 
 VIEW = camera(0.4, 8)
 CLOSEST = b.INTERPOLATION_CLOSEST
@@ -37,14 +52,14 @@ def seen_normal(
     direction: object,
     mesh: b.Mesh | None = None,
     strength: float = 1.0,
-    space: int = b.NORMAL_TANGENT,
+    space: int = TANGENT,
     **values: object,
 ) -> np.ndarray:
     """The Normal pass of a plane with a normal map."""
-    table = textures([slot(interpolation=CLOSEST)], [{'normal': 0}], strength=strength, space=space)
+    bent = NormalMap(Slot(interpolation=CLOSEST), strength, space)
     mesh = replace(plane(), tangents=tangents()) if mesh is None else mesh
     view = values.pop('view', VIEW)
-    made = scene((mesh,), materials(textures=table), images=(normal_image(direction),), **values)
+    made = scene((mesh,), materials(normal=[bent]), images=(normal_image(direction),), **values)
     normal = render(made, view, passes=('combined', 'normal'))['normal']
     assert np.abs(normal - normal[4, 4]).max() < 1e-5
     return normal[4, 4]
@@ -70,16 +85,14 @@ def test_strength(strength: float) -> None:
     expected = unit((LEAN[0] * strength, LEAN[1] * strength, 1.0 + (LEAN[2] - 1.0) * min(strength, 1.0)))
     assert seen_normal(LEAN, strength=strength) == pytest.approx(expected, abs=1e-5)
     bent = unit(np.array((0, 0, 1)) * (1.0 - strength) + LEAN * strength)
-    assert seen_normal(LEAN, strength=strength, space=b.NORMAL_WORLD) == pytest.approx(bent, abs=1e-5)
+    assert seen_normal(LEAN, strength=strength, space=WORLD) == pytest.approx(bent, abs=1e-5)
 
 
 def test_back_faces() -> None:
     """Seen from behind the bent normal turns over with the surface."""
     below = np.array([[1, 0, 0, 0.0013], [0, -1, 0, 0], [0, 0, -1, -5]], F32)
     assert seen_normal(LEAN, view=replace(VIEW, transform=below)) == pytest.approx(-LEAN, abs=1e-5)
-    assert seen_normal(LEAN, space=b.NORMAL_WORLD, view=replace(VIEW, transform=below)) == pytest.approx(
-        -LEAN, abs=1e-5
-    )
+    assert seen_normal(LEAN, space=WORLD, view=replace(VIEW, transform=below)) == pytest.approx(-LEAN, abs=1e-5)
 
 
 FRAMES = {
@@ -109,7 +122,7 @@ def test_transforms(frame: str, smooth: bool, shared: bool) -> None:
     front = (np.linalg.inv(m).T @ (0, 0, 1))[2] > 0
     assert seen_normal(LEAN, mesh, instances=placed) == pytest.approx(expected * (1 if front else -1), abs=2e-5)
     expected = unit(np.linalg.inv(m).T @ LEAN)
-    found = seen_normal(LEAN, mesh, space=b.NORMAL_OBJECT, instances=placed)
+    found = seen_normal(LEAN, mesh, space=OBJECT, instances=placed)
     assert found == pytest.approx(expected * (1 if front else -1), abs=2e-5)
 
 
@@ -122,8 +135,8 @@ def lit(
     **values: object,
 ) -> np.ndarray:
     """The mean of a normal-mapped white plane."""
-    table = textures([slot(interpolation=CLOSEST)], [{'normal': 0}])
-    made = materials(textures=table, base_color=[[1.0] * 3], metallic=[metallic], roughness=[roughness], ior=[ior])
+    bent = NormalMap(Slot(interpolation=CLOSEST))
+    made = materials(normal=[bent], base_color=[1.0], metallic=[metallic], roughness=[roughness], ior=[ior])
     mesh = replace(plane(), tangents=tangents())
     world = values.pop('world', b.World())
     pixels = render(scene((mesh,), made, images=(normal_image(direction),), lights=lamps, world=world), VIEW, **values)[

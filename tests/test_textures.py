@@ -14,9 +14,10 @@ import pytest
 from cotorra import native
 from cotorra.export import buffers as b
 
-import kernel_source as kernels
+from shaders import Sketch
 from texture_scenes import (
     LUMINANCE,
+    Slot,
     camera,
     centres,
     decode,
@@ -28,8 +29,6 @@ from texture_scenes import (
     plane,
     render,
     scene,
-    slot,
-    textures,
 )
 
 CLOSEST, LINEAR, CUBIC = b.INTERPOLATION_CLOSEST, b.INTERPOLATION_LINEAR, b.INTERPOLATION_CUBIC
@@ -46,9 +45,9 @@ def noise(kind: type = np.uint8, height: int = 5, width: int = 7, channels: int 
     return b.Image('noise', values.astype(kind), srgb)
 
 
-def emitted(image: b.Image, record: np.ndarray, mesh: b.Mesh | None = None, **values: object) -> np.ndarray:
+def emitted(image: b.Image, record: Slot, mesh: b.Mesh | None = None, **values: object) -> np.ndarray:
     """What a plane looks like that emits what the slot reads."""
-    made = materials(base_color=[[0.0] * 3], textures=textures([record], [{'emission': 0}]))
+    made = materials(base_color=[0.0], emission=[record])
     meshes = (plane(uv=(-1.3, 2.6)) if mesh is None else mesh,)
     return render(scene(meshes, made, images=(image,), **values))['combined'][..., :3]
 
@@ -58,19 +57,11 @@ def uv_of_pixels(low: float = -1.3, high: float = 2.6) -> tuple[np.ndarray, np.n
     return low + (x + 1.0) / 2.0 * (high - low), low + (y + 1.0) / 2.0 * (high - low)
 
 
-def test_slots_are_laid_out_as_the_kernels_read_them() -> None:
-    ours, theirs = b.TEXTURE_SLOT, kernels.dtype_of('TextureSlot')
-    assert ours.itemsize == theirs.itemsize
-    for name in ours.names:
-        there = {'unused': 'lookup'}.get(name, name)
-        assert ours.fields[name][1] == theirs.fields[there][1], name
-
-
 @pytest.mark.parametrize('interpolation', (CLOSEST, LINEAR, CUBIC), ids=('closest', 'linear', 'cubic'))
 @pytest.mark.parametrize('extension', EXTENSIONS, ids=('repeat', 'extend', 'clip', 'mirror'))
 def test_filters_and_extensions(interpolation: int, extension: int) -> None:
     image = noise(np.float32)
-    seen = emitted(image, slot(interpolation=interpolation, extension=extension))
+    seen = emitted(image, Slot(interpolation=interpolation, extension=extension))
     s, t = uv_of_pixels()
     expected = filtered(image, s, t, interpolation, extension)[..., :3]
     wrong = np.abs(seen - expected).max(axis=-1) > TOLERANCE
@@ -85,8 +76,8 @@ def test_depths_and_channels(kind: type, channels: int) -> None:
     image = noise(kind, channels=channels)
     s, t = uv_of_pixels()
     expected = filtered(image, s, t, LINEAR, b.EXTENSION_REPEAT)
-    assert emitted(image, slot()) == pytest.approx(expected[..., :3], abs=TOLERANCE)
-    alpha = emitted(image, slot(channel=b.CHANNEL_A))
+    assert emitted(image, Slot()) == pytest.approx(expected[..., :3], abs=TOLERANCE)
+    alpha = emitted(image, Slot(channel='A'))
     assert alpha == pytest.approx(np.repeat(expected[..., 3:], 3, axis=-1), abs=TOLERANCE)
 
 
@@ -94,23 +85,23 @@ def test_half_floats_of_all_sizes() -> None:
     """Subnormal numbers, zero, the largest; infinity and NaN become numbers."""
     values = np.array([0.0, 6e-8, 3e-5, 6.2e-5, 1.0, 1.5, 1000.0, 65504.0], np.float16)
     image = b.Image('half', np.repeat(values.reshape(1, -1, 1), 3, axis=2))
-    seen = emitted(image, slot(interpolation=CLOSEST), plane())
+    seen = emitted(image, Slot(interpolation=CLOSEST), plane())
     x, _ = centres()
     expected = values.astype(float)[np.floor((x + 1.0) / 2.0 * len(values)).astype(int)]
     assert np.abs(seen[..., 0] - expected).max() <= 6e-8
     wild = b.Image('wild', np.array([np.inf, -np.inf, np.nan, 1.0], np.float16).reshape(1, 4, 1))
-    assert np.isfinite(emitted(wild, slot(), plane())).all()
+    assert np.isfinite(emitted(wild, Slot(), plane())).all()
     wild = b.Image('wild', np.array([np.inf, -np.inf, np.nan, 1.0], np.float32).reshape(1, 4, 1))
-    assert np.isfinite(emitted(wild, slot(), plane())).all()
+    assert np.isfinite(emitted(wild, Slot(), plane())).all()
 
 
 def test_srgb_is_decoded_after_filtering() -> None:
     image = noise(np.uint8, srgb=True)
     s, t = uv_of_pixels()
     expected = decode(filtered(image, s, t, LINEAR, b.EXTENSION_REPEAT)[..., :3])
-    assert emitted(image, slot()) == pytest.approx(expected, abs=TOLERANCE)
+    assert emitted(image, Slot()) == pytest.approx(expected, abs=TOLERANCE)
     alpha = filtered(image, s, t, LINEAR, b.EXTENSION_REPEAT)[..., 3]
-    assert emitted(image, slot(channel=b.CHANNEL_A))[..., 0] == pytest.approx(alpha, abs=TOLERANCE)
+    assert emitted(image, Slot(channel='A'))[..., 0] == pytest.approx(alpha, abs=TOLERANCE)
 
 
 def test_colour_is_divided_by_alpha_after_filtering() -> None:
@@ -119,7 +110,7 @@ def test_colour_is_divided_by_alpha_after_filtering() -> None:
     s, t = uv_of_pixels()
     texel = filtered(image, s, t, LINEAR, b.EXTENSION_REPEAT)
     straight = decode(texel[..., :3] / texel[..., 3:])
-    seen = emitted(image, slot(flags=b.TEXTURE_UNASSOCIATE))
+    seen = emitted(image, Slot(unassociate=True))
     assert seen == pytest.approx(straight, rel=2e-4, abs=TOLERANCE)
 
 
@@ -128,14 +119,14 @@ def test_channel_threshold_scale_offset() -> None:
     s, t = uv_of_pixels()
     texel = filtered(image, s, t, LINEAR, b.EXTENSION_REPEAT)
     scale, offset = (2.0, -1.0, 0.5), (0.25, 1.5, 0.0)
-    single = {b.CHANNEL_R: 0, b.CHANNEL_G: 1, b.CHANNEL_B: 2, b.CHANNEL_A: 3}
+    single = {'R': 0, 'G': 1, 'B': 2, 'A': 3}
     for channel, index in single.items():
         expected = texel[..., index, None] * scale + offset
-        assert emitted(image, slot(channel=channel, scale=scale, offset=offset)) == pytest.approx(expected, abs=1e-4)
+        assert emitted(image, Slot(channel=channel, scale=scale, offset=offset)) == pytest.approx(expected, abs=1e-4)
     grey = (texel[..., :3] @ LUMINANCE)[..., None]
-    assert emitted(image, slot(channel=b.CHANNEL_LUMINANCE)) == pytest.approx(np.repeat(grey, 3, -1), abs=TOLERANCE)
+    assert emitted(image, Slot(channel='LUMINANCE')) == pytest.approx(np.repeat(grey, 3, -1), abs=TOLERANCE)
     clear = np.abs(grey - 0.5) > 1e-4
-    step = emitted(image, slot(channel=b.CHANNEL_LUMINANCE, threshold=0.5, scale=3.0, offset=1.0))
+    step = emitted(image, Slot(channel='LUMINANCE', threshold=0.5, scale=3.0, offset=1.0))
     assert (step == np.where(grey < 0.5, 1.0, 4.0))[np.repeat(clear, 3, -1)].all()
 
 
@@ -143,14 +134,15 @@ def test_mapping_and_uv_layers() -> None:
     image = noise(np.float32)
     first = plane().uv
     mesh = replace(plane(), uv=np.concatenate([first, first[:, ::-1] * F(2.0, -3.0) + F(0.25, 0.5)]).astype(np.float32))
-    record = slot(uv_layer=1, mapping_s=(0.5, 0.25, 7.0, 0.125), mapping_t=(-0.5, 1.5, 7.0, 0.25))
+    record = Slot(uv_layer=1, mapping_s=(0.5, 0.25, 7.0, 0.125), mapping_t=(-0.5, 1.5, 7.0, 0.25))
     x, y = centres()
     u, v = (x + 1.0) / 2.0, (y + 1.0) / 2.0
     u, v = v * 2.0 + 0.25, u * -3.0 + 0.5
     s, t = 0.5 * u + 0.25 * v + 0.125, -0.5 * u + 1.5 * v + 0.25
     expected = filtered(image, s, t, LINEAR, b.EXTENSION_REPEAT)[..., :3]
-    assert emitted(image, record, mesh) == pytest.approx(expected, abs=TOLERANCE)
-    beyond = emitted(image, slot(uv_layer=2, interpolation=CLOSEST), mesh)
+    layers = {'uv_layers': ('', 'second', 'third'), 'attribute_layers': ('', 'second', 'third')}
+    assert emitted(image, record, mesh, **layers) == pytest.approx(expected, abs=TOLERANCE)
+    beyond = emitted(image, Slot(uv_layer=2, interpolation=CLOSEST), mesh, **layers)
     assert beyond == pytest.approx(np.broadcast_to(numbers(image)[0, 0, :3], beyond.shape), abs=1e-6)
 
 
@@ -167,26 +159,24 @@ def test_generated_object_and_world_coordinates(shared: bool) -> None:
     back = np.linalg.inv(full)[:3]
     far = transform + np.array([[0, 0, 0, 50.0]] * 3, np.float32)
     frames = [transform, far] if shared else [transform]
-    spaces = b.InstanceSpaces(np.stack([np.linalg.inv(np.vstack([f, [0, 0, 0, 1]]))[:3] for f in frames]).astype('f4'))
     count = len(frames)
     placed = instances(
         count,
         np.stack(frames),
         mesh=np.zeros(count, np.uint32),
         material_base=np.zeros(count, np.uint32),
-        spaces=spaces,
     )
     mesh = replace(plane(), generated=(plane().positions * 0.5 + 0.5).astype(np.float32))
     x, y = centres()
     world = np.stack([x, y, np.full_like(x, 0.3)], axis=-1)
     own = world @ back[:, :3].T + back[:, 3]
     coordinates = {
-        b.COORDINATES_WORLD: world,
-        b.COORDINATES_OBJECT: own,
-        b.COORDINATES_GENERATED: own * 0.5 + 0.5,
+        'position': world,
+        'object_position': own,
+        'generated': own * 0.5 + 0.5,
     }
     for kind, p in coordinates.items():
-        record = slot(coordinates=kind, mapping_s=(0.5, 0.1, 0.3, 0.2), mapping_t=(0.2, 0.7, -0.4, 0.1))
+        record = Slot(coordinates=kind, mapping_s=(0.5, 0.1, 0.3, 0.2), mapping_t=(0.2, 0.7, -0.4, 0.1))
         s = p @ (0.5, 0.1, 0.3) + 0.2
         t = p @ (0.2, 0.7, -0.4) + 0.1
         expected = filtered(image, s, t, LINEAR, b.EXTENSION_REPEAT)[..., :3]
@@ -198,27 +188,22 @@ def test_generated_object_and_world_coordinates(shared: bool) -> None:
 def test_coordinates_that_are_no_numbers_or_huge(bad: float) -> None:
     for interpolation, extension in itertools.product((CLOSEST, LINEAR, CUBIC), EXTENSIONS):
         mesh = replace(plane(), uv=np.full((4, 2), bad, np.float32))
-        seen = emitted(noise(), slot(interpolation=interpolation, extension=extension), mesh)
+        seen = emitted(noise(), Slot(interpolation=interpolation, extension=extension), mesh)
         assert np.isfinite(seen).all() and seen.max() <= 1.0
 
 
 def test_every_input_is_read() -> None:
     """Two halves of a plane, one textured with what the other has as constants, look alike to the last bits."""
     image = b.Image('values', np.array([[[0.2, 0.4, 0.6, 0.3]]], np.float32))
-    names = {'base_color': b.CHANNEL_RGB, 'metallic': b.CHANNEL_A, 'roughness': b.CHANNEL_G}
-    names |= {'specular_tint': b.CHANNEL_RGB, 'specular_level': b.CHANNEL_B, 'emission': b.CHANNEL_RGB}
-    slots = [slot(channel=channel) for channel in names.values()] + [slot(channel=b.CHANNEL_R, offset=1.3)]
-    table = textures(slots, [{name: k for k, name in enumerate([*names, 'ior'])}, {}])
+    names = {'base_color': 'RGB', 'metallic': 'A', 'roughness': 'G'}
+    names |= {'specular_tint': 'RGB', 'specular_level': 'B', 'emission': 'RGB'}
+    color = (0.2, 0.4, 0.6)
+    constants = {'base_color': color, 'specular_tint': color, 'emission': color}
+    constants |= {'metallic': 0.3, 'roughness': 0.4, 'specular_level': 0.6}
     made = materials(
         2,
-        base_color=[[0.0] * 3, [0.2, 0.4, 0.6]],
-        specular_tint=[[0.0] * 3, [0.2, 0.4, 0.6]],
-        emission=[[0.0] * 3, [0.2, 0.4, 0.6]],
-        metallic=[1.0, 0.3],
-        roughness=[1.0, 0.4],
-        specular_level=[0.0, 0.6],
-        ior=[1.0, 1.5],
-        textures=table,
+        **{name: [Slot(channel=channel), constants[name]] for name, channel in names.items()},
+        ior=[Slot(channel='R', offset=1.3), 1.5],
     )
     sun = lights(((0.3, 0.2, -1.0), 3.0))
     passes = ('combined', 'diffuse_color', 'emission')
@@ -235,7 +220,7 @@ def test_every_input_is_read() -> None:
 
 def test_passes_show_textured_values() -> None:
     image = noise(np.float32)
-    made = materials(textures=textures([slot()], [{'base_color': 0, 'emission': 0}]))
+    made = materials(base_color=[Slot()], emission=[Slot()])
     seen = render(scene((plane(),), made, images=(image,)), passes=('combined', 'diffuse_color', 'emission'))
     expected = filtered(image, *uv_of_pixels(0.0, 1.0), LINEAR, b.EXTENSION_REPEAT)[..., :3]
     assert seen['diffuse_color'] == pytest.approx(expected, abs=TOLERANCE)
@@ -249,11 +234,11 @@ def test_textured_emission_lights_the_scene() -> None:
     image = b.Image('checker', pattern)
     above = replace(plane(-0.5, 0.5, z=0.6), triangles=plane().triangles[:, ::-1].copy(), name='lamp')
     above = replace(above, corners=above.triangles)
-    closest = slot(interpolation=CLOSEST)
+    closest = Slot(interpolation=CLOSEST)
     view = camera(size=8, height=0.5)
 
     def floor(sampled: int, integrator: str) -> np.ndarray:
-        made = materials(2, emission_sampling=[0, sampled], textures=textures([closest], [{}, {'emission': 0}]))
+        made = materials(2, emission_sampling=[0, sampled], emission=[0.0, closest])
         return render(
             scene((plane(-3, 3), above), made, images=(image,)),
             view,
@@ -276,19 +261,46 @@ def test_textured_emission_lights_the_scene() -> None:
     assert direct[4, 4] == pytest.approx(np.array((9.0, 4.0, 1.0)) * 0.8 / np.pi * form, rel=0.02)
 
 
+def test_emission_from_one_side() -> None:
+    """As importers make it; and the light on a floor, by light sampling and by bounces."""
+    sketch = Sketch()
+    front = sketch.op('math', 1.0, sketch.op('backfacing'), 0.0, mode=1)
+    sketch.closure('emission', (4.0, 2.0, 1.0), weight=sketch.op('splat', front))
+    one_sided = replace(materials(), shaders=(sketch.shader(),))
+    above = render(scene((plane(),), one_sided), camera(size=4))['combined'][..., :3]
+    assert above == pytest.approx(np.broadcast_to((4.0, 2.0, 1.0), above.shape), rel=1e-6)
+    under = np.array([[1, 0, 0, 0], [0, -1, 0, 0], [0, 0, -1, -5]], np.float32)
+    below = render(scene((plane(),), one_sided), replace(camera(size=4), transform=under))['combined'][..., :3]
+    assert not below.any()
+
+    down = replace(plane(-0.5, 0.5, z=0.6), triangles=plane().triangles[:, ::-1].copy(), name='lamp')
+    down = replace(down, corners=down.triangles)
+    up = plane(-0.5, 0.5, z=0.6)
+
+    def floor(lamp: b.Mesh, sampled: int) -> float:
+        made = materials(2, emission_sampling=[0, sampled])
+        made = replace(made, shaders=(made.shaders[0], sketch.shader()))
+        view = camera(size=4, height=0.5)
+        settings = {'samples': 4096, 'integrator': 'PATH', 'max_bounces': 1}
+        return float(render(scene((plane(-3, 3), lamp), made), view, **settings)['combined'][..., 0].mean())
+
+    assert floor(down, 1) == pytest.approx(floor(down, 0), rel=0.02) and floor(down, 1) > 0.1
+    assert floor(up, 1) == floor(up, 0) == 0.0
+
+
 def test_no_image_no_feature() -> None:
     image = noise()
-    unused = materials(2, textures=textures([slot()], [{}, {'base_color': 0}]))
+    unused = materials(2, base_color=[0.8, Slot()])
     seen = render(scene((plane(),), unused, images=(image,), material_slots=np.zeros(1, np.uint32)))
-    assert not {'textures', 'transparency'} & set(seen['stats']['features'])
-    used = materials(textures=textures([slot()], [{'base_color': 0}]))
-    assert 'textures' in render(scene((plane(),), used, images=(image,)))['stats']['features']
+    assert not {'programs', 'transparency'} & set(seen['stats']['features'])
+    used = materials(base_color=[Slot()])
+    assert 'programs' in render(scene((plane(),), used, images=(image,)))['stats']['features']
 
 
 def test_pixels_are_shared_and_counted() -> None:
     image = noise(np.float32, 64, 32)
     odd = b.Image('odd', np.zeros((3, 3, 3), np.uint8))  # 27 bytes: copied, since kernels read words
-    made = materials(textures=textures([slot(), slot(1)], [{'base_color': 0, 'emission': 1}]))
+    made = materials(base_color=[Slot()], emission=[Slot(1)])
     built = native.load().Scene(scene((plane(),), made, images=(image, odd)), threads=1, embree=native.embree_library())
     stats = built.stats()
     assert stats['images'] == 2 and stats['image_bytes'] == image.pixels.nbytes + 27
@@ -307,28 +319,6 @@ def test_pixels_are_shared_and_counted() -> None:
     ],
 )
 def test_wrong_images_are_named(pixels: np.ndarray, words: str) -> None:
-    made = materials(textures=textures([slot()], [{'base_color': 0}]))
+    made = materials(base_color=[Slot()])
     with pytest.raises(ValueError, match=f"image 'wrong'.*{words}"):
         render(scene((plane(),), made, images=(b.Image('wrong', pixels),)))
-
-
-@pytest.mark.parametrize(
-    'values', [{'image': 1}, {'channel': 6}, {'coordinates': 4}, {'interpolation': 3}, {'extension': 4}]
-)
-def test_wrong_slots_are_named(values: dict[str, int]) -> None:
-    made = materials(textures=textures([slot(**values)], [{'base_color': 0}]))
-    with pytest.raises(ValueError, match=rf'slots\[0\]\.{next(iter(values))}'):
-        render(scene((plane(),), made, images=(noise(),)))
-
-
-def test_wrong_tables_are_named() -> None:
-    good = textures([slot()], [{'base_color': 0}])
-    for wrong, words in (
-        (replace(good, inputs=good.inputs + 1), 'inputs'),
-        (replace(good, inputs=good.inputs[:, :8].copy()), 'inputs'),
-        (replace(good, normal_strength=good.normal_strength[:0]), 'normal_strength'),
-        (replace(good, normal_space=good.normal_space + np.uint32(3)), 'normal_space'),
-        (replace(good, slots=slot(coordinates=b.COORDINATES_OBJECT)), 'spaces'),
-    ):
-        with pytest.raises(ValueError, match=words):
-            render(scene((plane(),), materials(textures=wrong), images=(noise(),)))

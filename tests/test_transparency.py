@@ -15,6 +15,7 @@ from cotorra.export import buffers as b
 from texture_scenes import (
     F32,
     U32,
+    Slot,
     camera,
     centres,
     filtered,
@@ -24,8 +25,6 @@ from texture_scenes import (
     plane,
     render,
     scene,
-    slot,
-    textures,
 )
 
 SUN = lights(((0.0, 0.0, -1.0), np.pi))  # a white Lambertian surface that faces it has radiance 1
@@ -87,12 +86,11 @@ def test_shadows_are_smooth() -> None:
 def test_alpha_from_an_image() -> None:
     rng = np.random.default_rng(3)
     image = b.Image('holes', rng.random((4, 4, 4)).astype(np.float32))
-    made = materials(2, base_color=[[0.8] * 3, [0.5] * 3])
-    table = textures([slot(channel=b.CHANNEL_A)], [{}, {'alpha': 0}])
+    made = materials(2, base_color=[0.8, 0.5], alpha=[1.0, Slot(channel='A')])
     view = camera(size=16)
-    pixels = render(
-        scene((plane(), plane(z=0.1)), replace(made, textures=table), images=(image,), lights=SUN), view, samples=1024
-    )['combined'][..., 0]
+    pixels = render(scene((plane(), plane(z=0.1)), made, images=(image,), lights=SUN), view, samples=1024)['combined'][
+        ..., 0
+    ]
     x, y = centres(size=16)
     alpha = filtered(image, (x + 1) / 2, (y + 1) / 2, b.INTERPOLATION_LINEAR, b.EXTENSION_REPEAT)[..., 3]
     expected = alpha * 0.5 + (1.0 - alpha) ** 2 * 0.8
@@ -103,11 +101,10 @@ def test_alpha_from_an_image() -> None:
 
 def test_an_image_without_holes_is_opaque() -> None:
     full = b.Image('full', np.full((4, 4, 4), 255, np.uint8))
-    table = textures([slot(channel=b.CHANNEL_A), slot(channel=b.CHANNEL_A, extension=b.EXTENSION_CLIP)], [{'alpha': 0}])
-    made = scene((plane(),), materials(textures=table), images=(full,))
+    made = scene((plane(),), materials(alpha=[Slot(channel='A')]), images=(full,))
     assert 'transparency' not in render(made)['stats']['features']
-    clipped = replace(table, inputs=np.where(table.inputs == 0, 1, table.inputs).astype(np.int32))
-    made = scene((plane(uv=(-1.0, 2.0)),), materials(textures=clipped), images=(full,))
+    clipped = materials(alpha=[Slot(channel='A', extension=b.EXTENSION_CLIP)])
+    made = scene((plane(uv=(-1.0, 2.0)),), clipped, images=(full,))
     seen = render(made, camera(size=9), samples=16, transparent_film=True)
     assert 'transparency' in seen['stats']['features']
     alpha = seen['combined'][..., 3]

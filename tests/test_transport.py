@@ -123,17 +123,13 @@ def under_emitters(
     """A floor under two emitters that meet at x = `edge`, each seen by the rays that `seen` tells; `floor` changes its
     material."""
     left, right = rectangle((ASIDE - 1.5, edge), (-1.0, 1.0), 0.8), rectangle((edge, ASIDE + 1.0), (-1.0, 1.0), 0.8)
-    made = materials(
-        3, emission=[[0.0] * 3, [strengths[0]] * 3, [strengths[1]] * 3], base_color=[[0.8] * 3] + [[0.0] * 3] * 2
-    )
     sampled = floor.pop('sampled', (1, 1))
-    changes = {'emission_sampling': np.array([0, *sampled], U32)}
+    values = {'base_color': [0.8, 0.0, 0.0], 'emission': [0.0, *strengths]}
     for name, value in floor.items():
-        array = getattr(made, name).copy()
-        array[0] = value
-        changes[name] = array
+        values[name] = [value, *values.get(name, [None] * 3)[1:]]
+    made = materials(3, emission_sampling=[0, *sampled], **values)
     placed = instances(3, visibility=np.array([63, *seen], U32))
-    return scene((plane(-0.5, 0.5), left, right), replace(made, **changes), instances=placed)
+    return scene((plane(-0.5, 0.5), left, right), made, instances=placed)
 
 
 SEEN = list(itertools.product((0, DIFFUSE, GLOSSY, UNSEEN), repeat=2))

@@ -40,7 +40,12 @@ class Layout:
     def row(self, **_options: Any) -> Layout:
         return Layout(self.shown)
 
-    column = row
+    column = box = row
+
+    def operator(self, name: str, text: str = '', **_options: Any) -> None:
+        group, function = name.split('.')
+        assert function in dir(getattr(bpy.ops, group))
+        self.shown.append(text)
 
 
 def window(**context: Any) -> SimpleNamespace:
@@ -90,6 +95,21 @@ def test_a_material_shows_what_its_model_uses(model):
     assert any('a metal looks matt' in text for text in found) == (model in {'LAMBERT', 'OREN_NAYAR', 'TOON'})
 
 
+def test_a_material_tells_the_program_that_it_became():
+    build.new_scene()
+    material = bpy.data.materials.new('Made')
+    if material.node_tree is None:  # before Blender 5
+        material.use_nodes = True
+    tree = material.node_tree
+    noise = build.node(tree, 'TexNoise')
+    build.connect(tree, noise.outputs[0], tree.nodes['Principled BSDF'].inputs['Base Color'])
+    assert drawn('COTORRA_MATERIAL_PT_program', material=material) == ['Show Program']
+    with bpy.context.temp_override(material=material):
+        assert bpy.ops.material.cotorra_explain() == {'FINISHED'}
+    found = drawn('COTORRA_MATERIAL_PT_program', material=material)
+    assert 'noise 3D FBM normalized' in found and any(text.startswith('Surface: ') for text in found)
+
+
 def test_a_model_that_makes_energy_is_told_of():
     build.new_scene()
     own = bpy.data.materials.new('Made').cotorra
@@ -120,7 +140,7 @@ def test_fresnel_shows_its_own(fresnel, shown):
 
 OWN = {
     'DIRECT': {'transparent_bounces', 'ambient_strength', 'use_ambient_occlusion', 'ao_distance'},
-    'PATH': {'max_bounces', 'diffuse_bounces', 'glossy_bounces', 'transparent_bounces'},
+    'PATH': {'max_bounces', 'diffuse_bounces', 'glossy_bounces', 'transmission_bounces', 'transparent_bounces'},
     'WHITTED': {'whitted_depth', 'whitted_threshold', 'use_transparent_shadows', 'ambient_strength'},
     'AO': {'ao_distance'},
     'TOON': {'toon_outline', 'outline_width', 'outline_color', 'outline_normal', 'outline_depth', 'outline_object'},

@@ -111,11 +111,11 @@ def test_normal_maps(module: ModuleType) -> None:
     """The diffuse lobe knows the bent normal and the smooth one (kernels/bsdf.h, bump_shadowing)."""
     normals = np.random.default_rng(1).uniform(0.0, 1.0, (8, 8, 3)).astype(np.float32)
     normals[..., 2] = 1.0
-    table = texture_scenes.textures([texture_scenes.slot()], [{'normal': 0}])
+    bent = texture_scenes.NormalMap(texture_scenes.Slot())
     mesh = replace(texture_scenes.plane(), tangents=np.tile(np.float32([1, 0, 0, 1]), (4, 1)))
     buffers = texture_scenes.scene(
         (mesh,),
-        texture_scenes.materials(textures=table),
+        texture_scenes.materials(normal=[bent]),
         images=(Image('normals', normals),),
         lights=texture_scenes.lights(((0.8, 0.3, -0.4), 3.0)),
     )

@@ -108,7 +108,7 @@ def test_textures_and_models(module: ModuleType) -> None:
         made.cotorra.kr = 0.3
     job = job_of(module, scene, integrator='WHITTED', whitted_depth=1, **AMBIENT)
     _, stats = both(job, 3.0 * ROUNDING, 0.001)
-    assert {'textures', 'reflection models'} <= set(stats['features']) and stats['rays']['bounce'] > 0
+    assert {'programs', 'reflection models'} <= set(stats['features']) and stats['rays']['bounce'] > 0
 
 
 @pytest.mark.parametrize('device', ['CPU', 'VULKAN'])

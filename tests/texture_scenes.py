@@ -1,71 +1,113 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Textured planes as NumPy arrays, rendered by the native module without Blender; and images in double precision.
 
-The reference is written from what addon/export/buffers.py says of slots, not from the kernels.
+The reference is written from what is said here of a slot, not from the kernels.
 """
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from cotorra import native
 from cotorra.export import buffers as b
 
+from shaders import Op, Sketch, Value
+
 F32, U32, I32 = np.float32, np.uint32, np.int32
 SIZE = 48  # of a picture, pixels
 ASIDE = 0.0013  # of the camera, metres: no pixel lies on the diagonal of a square, which belongs to two triangles
-INPUTS = b.TEXTURED_INPUTS
-LUMINANCE = np.array((0.2126, 0.7152, 0.0722))
+NUMBERS = ('metallic', 'roughness', 'ior', 'specular_level', 'alpha')  # inputs that are no colours
+ADD, MULTIPLY, GREATER_THAN = 0, 2, 16  # as the nodes Math and Vector Math count them
+TANGENT, OBJECT, WORLD = range(3)  # spaces of normal maps
+LUMINANCE = np.array((0.2126390, 0.7151687, 0.0721923))  # of Rec.709, as Cycles has it
 
 
-def slot(image: int = 0, **values: Any) -> np.ndarray:
-    """One slot: the image's colours by the first UV layer, linear, repeated."""
-    record = np.zeros(1, b.TEXTURE_SLOT)
-    record['mapping_s'], record['mapping_t'] = (1, 0, 0, 0), (0, 1, 0, 0)
-    record['scale'], record['threshold'] = 1.0, np.nan
-    record['image'], record['interpolation'] = image, b.INTERPOLATION_LINEAR
-    for name, value in values.items():
-        record[name] = value
-    return record
+@dataclass(frozen=True)
+class Slot:
+    """One use of an image: texels at mapping_s . (x, y, z, 1), mapping_t . (x, y, z, 1), then scale and offset.
+
+    channel: RGB, R, G, B, A or LUMINANCE. coordinates: an op that needs no arguments, or 'uv' of layer `uv_layer`.
+    threshold: the channel is 1 above and 0 below, if there is one. unassociate: colours are divided by alpha.
+    """
+
+    image: int = 0
+    channel: str = 'RGB'
+    coordinates: str = 'uv'
+    uv_layer: int = 0
+    mapping_s: tuple[float, ...] = (1.0, 0.0, 0.0, 0.0)
+    mapping_t: tuple[float, ...] = (0.0, 1.0, 0.0, 0.0)
+    interpolation: int = b.INTERPOLATION_LINEAR
+    extension: int = b.EXTENSION_REPEAT
+    unassociate: bool = False
+    threshold: float | None = None
+    scale: Value = 1.0
+    offset: Value = 0.0
+
+    def color(self, sketch: Sketch) -> Op:
+        uv = self.coordinates == 'uv'
+        at = sketch.op('attribute', self.uv_layer) if uv else sketch.op(self.coordinates)
+        s, t = self.mapping_s, self.mapping_t
+        at = sketch.op('affine', at, s[:3], t[:3], 0.0, (s[3], t[3], 0.0))
+        mode = self.interpolation | self.extension << 2 | self.unassociate << 6
+        if self.channel == 'A':
+            value = sketch.op('splat', sketch.op('image_f', at, self.image, 0.0, 0.0, mode=mode))
+        else:
+            value = sketch.op('image_v', at, self.image, 0.0, 0.0, mode=mode)
+        if self.channel == 'LUMINANCE':
+            value = sketch.op('splat', sketch.op('luminance', value))
+        elif self.channel in ('R', 'G', 'B'):
+            value = sketch.op('splat', sketch.op('component', value, mode='RGB'.index(self.channel)))
+        if self.threshold is not None:
+            number = sketch.op('component', value)
+            value = sketch.op('splat', sketch.op('math', number, self.threshold, 0.0, mode=GREATER_THAN))
+        value = sketch.op('vector_math_v', value, self.scale, 0.0, 0.0, mode=MULTIPLY)
+        return sketch.op('vector_math_v', value, self.offset, 0.0, 0.0, mode=ADD)
+
+    def number(self, sketch: Sketch) -> Op:
+        return sketch.op('component', self.color(sketch))
 
 
-def textures(slots: list[np.ndarray], inputs: list[dict[str, int]], **normal: Any) -> b.MaterialTextures:
-    """What materials read: for each a dictionary from the name of an input to its slot."""
-    table = np.full((len(inputs), len(INPUTS)), -1, I32)
-    for material, entry in enumerate(inputs):
-        for name, index in entry.items():
-            table[material, INPUTS.index(name)] = index
-    count = len(inputs)
-    return b.MaterialTextures(
-        slots=np.concatenate(slots) if slots else np.zeros(0, b.TEXTURE_SLOT),
-        inputs=table,
-        normal_strength=np.full(count, normal.get('strength', 1.0), F32),
-        normal_tangent=np.zeros(count, U32),
-        normal_space=np.full(count, normal.get('space', b.NORMAL_TANGENT), U32),
+@dataclass(frozen=True)
+class NormalMap:
+    """A normal map with the tangents of layer 0."""
+
+    slot: Slot
+    strength: float = 1.0
+    space: int = TANGENT
+
+    def color(self, sketch: Sketch) -> Op:
+        return sketch.op('normal_map', self.slot.color(sketch), self.strength, 0.0, mode=self.space)
+
+
+@dataclass(frozen=True)
+class Made:
+    """Materials and their shaders, one each."""
+
+    materials: b.Materials
+    shaders: tuple[b.Shader, ...]
+
+
+def materials(count: int = 1, emission_sampling: list[int] | None = None, **values: list[Any]) -> Made:
+    """Lambertian materials of albedo 0.8; `values` are inputs of Principled, an entry a material: a value or a Slot, or
+    None for what a new node has."""
+    made = []
+    for row in range(count):
+        sketch = Sketch()
+        inputs = {name: column[row] for name, column in ({'ior': [1.0] * count} | values).items()}
+        inputs = {name: value for name, value in inputs.items() if value is not None}
+        for name, value in inputs.items():
+            if isinstance(value, (Slot, NormalMap)):
+                inputs[name] = value.number(sketch) if name in NUMBERS else value.color(sketch)
+        sketch.principled(**inputs)
+        made.append(sketch.shader())
+    table = b.Materials(
+        pass_index=np.zeros(count, I32),
+        emission_sampling=np.array(emission_sampling or [1] * count, U32),
+        shader=np.arange(count, dtype=I32),
     )
-
-
-def materials(count: int = 1, **values: Any) -> b.Materials:
-    """Lambertian materials of albedo 0.8; `values` replace arrays."""
-    arrays = {
-        'base_color': np.full((count, 3), 0.8, F32),
-        'metallic': np.zeros(count, F32),
-        'roughness': np.full(count, 0.5, F32),
-        'ior': np.ones(count, F32),
-        'specular_level': np.full(count, 0.5, F32),
-        'specular_tint': np.ones((count, 3), F32),
-        'emission': np.zeros((count, 3), F32),
-        'alpha': np.ones(count, F32),
-        'multi_ggx': np.ones(count, U32),
-        'pass_index': np.zeros(count, I32),
-        'emission_sampling': np.ones(count, U32),
-    }
-    for name, value in values.items():
-        like = arrays.get(name)
-        arrays[name] = value if like is None or isinstance(value, tuple) else np.asarray(value, like.dtype)
-    return b.Materials(**arrays)
+    return Made(table, tuple(made))
 
 
 def plane(low: float = -1.0, high: float = 1.0, z: float = 0.0, uv: tuple[float, float] = (0.0, 1.0)) -> b.Mesh:
@@ -126,12 +168,12 @@ def lights(*suns: tuple[tuple[float, float, float], float]) -> b.Lights:
     )
 
 
-def scene(meshes: tuple[b.Mesh, ...], made: b.Materials, **values: Any) -> b.SceneBuffers:
+def scene(meshes: tuple[b.Mesh, ...], made: Made, **values: Any) -> b.SceneBuffers:
     values.setdefault('instances', instances(len(meshes)))
     values.setdefault('lights', lights())
-    values.setdefault('material_slots', np.arange(len(made.metallic), dtype=U32))
+    values.setdefault('material_slots', np.arange(len(made.shaders), dtype=U32))
     values.setdefault('world', b.World())
-    return b.SceneBuffers(meshes=meshes, materials=made, **values)
+    return b.SceneBuffers(meshes=meshes, materials=made.materials, shaders=made.shaders, **values)
 
 
 def camera(half: float = 1.0, size: int = SIZE, height: float = 5.0) -> b.Camera:

@@ -6,18 +6,16 @@ It keeps nothing between two calls, and no Blender object leaves it.
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import bpy
 import numpy as np
 
 from .. import cycles_settings
 from ..log import Log
-from . import camera, instances, layers, lights, materials, shapes, world
-from .buffers import I32, Camera, InstanceSpaces, SceneBuffers
+from . import camera, instance_info, instances, layers, lights, materials, shapes, world
+from .buffers import I32, Camera, SceneBuffers
 from .images import ImageTable
 from .nodes import Trees
-from .texture_nodes import inverse
+from .shaders import ShaderTable
 
 
 def export_camera(
@@ -46,8 +44,9 @@ def export_scene(
     log.checkpoint()
 
     # What each group is: a lamp, or a mesh with its materials, or nothing.
-    refracts = engine_scene.cotorra.integrator == 'WHITTED'
-    table = materials.MaterialTable(log, trees, ImageTable(log, engine_scene.frame_current), refracts)
+    images = ImageTable(log, engine_scene.frame_current)
+    shaders = ShaderTable(log, trees, images, engine_scene, depsgraph.view_layer_eval)
+    table = materials.MaterialTable(log, shaders)
     lamps: list[lights.Lamp] = []
     found: list[shapes.Shape] = []
     lamp_of_group = np.full(len(walk.groups), -1, np.int32)
@@ -61,7 +60,7 @@ def export_scene(
         visibility = instances.visibility(group, evaluated_layer)
         group_of_lights = instances.light_group(group, light_groups)
         if isinstance(group.data, bpy.types.Light):
-            lamp = lights.read_lamp(group.obj, visibility, group_of_lights, trees, log)
+            lamp = lights.read_lamp(group.obj, visibility, group_of_lights, log, shaders)
             if lamp is not None:
                 lamp_of_group[index] = len(lamps)
                 lamps.append(lamp)
@@ -70,26 +69,28 @@ def export_scene(
             found.append(shapes.read_shape(group, visibility, group_of_lights, view_layer.material_override, table))
 
     # The arrays.
-    needed = layers.plan(found, table.rows)
+    background = world.read_world(engine_scene, view_layer, light_groups, log, shaders)
+    needed = layers.plan(found, shaders.drafts, [row.shader for row in table.rows])
     meshes = shapes.read_meshes(found, needed, log)
     shown, shape_of = _members(walk.group_of, shape_of_group)
     lit, lamp_of = _members(walk.group_of, lamp_of_group)
-    objects = shapes.instance_arrays(found, meshes, shape_of, walk.transforms[shown], table, log)
-    if needed.object_spaces:
-        spaces = InstanceSpaces(inverse(objects.transform).astype(np.float32))
-        objects = replace(objects, spaces=spaces)
-    surfaces, slots = materials.material_arrays(table, needed, engine_scene)
+    objects, items = shapes.instance_arrays(found, meshes, shape_of, walk.transforms[shown], table, log)
+    objects = instance_info.with_info(objects, walk, shown[items], needed, depsgraph)
+    surfaces, slots = materials.material_arrays(table, engine_scene)
     return SceneBuffers(
         meshes=tuple(meshes.arrays),
         instances=objects,
         materials=surfaces,
         material_slots=slots,
         lights=lights.light_arrays(lamps, walk.transforms[lit], lamp_of, view_layer, log),
-        world=world.read_world(engine_scene, view_layer, light_groups, trees, log),
+        world=background,
         light_groups=tuple(light_groups),
-        images=tuple(table.images.images),
+        images=tuple(images.images),
         uv_layers=needed.uv_layers,
         tangent_layers=needed.tangent_layers,
+        shaders=shaders.resolved(needed.numbers),
+        attribute_layers=needed.attribute_layers,
+        instance_layers=needed.instance_layers,
     )
 
 

@@ -7,7 +7,7 @@ All arrays are C-contiguous; lengths are metres, colours scene-linear, matrices 
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,56 +22,59 @@ VISIBLE_TRANSMISSION, VISIBLE_VOLUME, VISIBLE_SHADOW = 8, 16, 32
 
 LIGHT_POINT, LIGHT_SUN, LIGHT_SPOT = 0, 1, 2
 
-# Inputs of a material that may read an image: columns of `MaterialTextures.inputs` (TEXTURED_* in the kernels).
-TEXTURED_INPUTS = (
-    'base_color',
-    'metallic',
-    'roughness',
-    'ior',
-    'specular_level',
-    'specular_tint',
-    'emission',
-    'alpha',
-    'normal',
-)
-# What a slot hands on of a texel; coordinates it is looked up with; how; and what lies outside 0 to 1.
-CHANNEL_RGB, CHANNEL_R, CHANNEL_G, CHANNEL_B, CHANNEL_A, CHANNEL_LUMINANCE = range(6)
-COORDINATES_UV, COORDINATES_GENERATED, COORDINATES_OBJECT, COORDINATES_WORLD = range(4)
+# How ops filter images, and what lies outside 0 to 1.
 INTERPOLATION_CLOSEST, INTERPOLATION_LINEAR, INTERPOLATION_CUBIC = range(3)
 EXTENSION_REPEAT, EXTENSION_EXTEND, EXTENSION_CLIP, EXTENSION_MIRROR = range(4)
-NORMAL_TANGENT, NORMAL_OBJECT, NORMAL_WORLD = range(3)
 
-TEXTURE_UNASSOCIATE = 1  # bit of a slot's flags: colour is divided by alpha after filtering
+# One closure of a shader: its kind, its mode, a `v` reference to its weight, and where its arguments begin.
+CLOSURE = np.dtype([('kind', np.uint32), ('mode', np.uint32), ('weight', np.int32), ('first_arg', np.uint32)])
 
-# One use of an image by one input of a material, laid out as the kernels' TextureSlot (96 bytes, scalar layout).
-# (x, y, z) are the coordinates, z = 0 for UV. The value of an input is, in this order:
-#   s, t    = mapping_s . (x, y, z, 1), mapping_t . (x, y, z, 1); (0, 0) is the image's lower left corner, (1, 1) its
-#             upper right one
-#   texel   = the image at (s, t), filtered; outside: by extension (CLIP: 0 in all four channels, as in Cycles)
-#   texel   = rgb / a where TEXTURE_UNASSOCIATE is set and a is neither 0 nor 1
-#   rgb     = sRGB to linear where `Image.srgb` says so (never alpha)
-#   value   = the channel: RGB, or one number in all three components
-#   value   = 0 where value < threshold, else 1; skipped where threshold is NaN, which it is for RGB
-#   value   = value * scale + offset
-# Then it is clamped as that input of the Principled BSDF is: colours, IOR, specular level to at least 0 (IOR 1e-5),
-# metallic, roughness, alpha to 0..1, emission not at all. A normal stays as it is: 0..1 stands for -1..1.
-TEXTURE_SLOT = np.dtype(
-    [
-        ('mapping_s', np.float32, 4),
-        ('mapping_t', np.float32, 4),
-        ('scale', np.float32, 3),
-        ('threshold', np.float32),
-        ('offset', np.float32, 3),
-        ('image', np.uint32),  # index into SceneBuffers.images
-        ('channel', np.uint32),  # CHANNEL_*
-        ('coordinates', np.uint32),  # COORDINATES_*
-        ('uv_layer', np.uint32),  # index into SceneBuffers.uv_layers, for COORDINATES_UV
-        ('interpolation', np.uint32),  # INTERPOLATION_*
-        ('extension', np.uint32),  # EXTENSION_*
-        ('flags', np.uint32),  # TEXTURE_*
-        ('unused', np.uint32, 2),  # 0
-    ]
-)
+
+@dataclass(frozen=True, slots=True)
+class Shader:
+    """What a node tree computes: N ops on earlier values, and the weighted closures whose sum it shows.
+
+    Values are of two types, `f` (one float) and `v` (three). A reference to one is the index of the op that makes it,
+    or ~i for constant i; of that, an `f` reads the first component. Numbers, types and modes: kernels/program/ops.inc.
+
+    name:         of the material, light or world, for messages.
+    ops:          (N,) uint32 numbers of `cotorra_native.shader_ops()`.
+    modes:        (N,) uint32 what the op does; part of the program's shape.
+    args:         (A,) int32 references, the arguments of all ops one after the other.
+    constants:    (C, 3) float32.
+    closures:     (K,) CLOSURE; kinds are the numbers of `cotorra_native.shader_closures()`.
+    closure_args: (B,) int32 references.
+    labels:       name of the node that each op came from.
+    closure_labels: name of the node that each closure came from.
+    tables:       (T,) float32 look-up tables; ops take offsets into it as constants.
+    """
+
+    name: str
+    ops: U32
+    modes: U32
+    args: I32
+    constants: F32
+    closures: NDArray[np.void]
+    closure_args: I32
+    labels: tuple[str, ...]
+    tables: F32
+    closure_labels: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Attribute:
+    """An attribute of a mesh that shaders look up.
+
+    layer:      index into `SceneBuffers.attribute_layers`.
+    domain:     'POINT' (n = V vertices), 'CORNER' (n = C corners) or 'FACE' (n = T, one per triangle).
+    components: of the attribute itself, 1 to 4: as a number it is x where there are two, else the mean of x, y, z.
+    values:     (n, 4) float32: a number in x, y and z, a vector with 0 for what it lacks, alpha 1 where there is none.
+    """
+
+    layer: int
+    domain: str
+    components: int
+    values: F32
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,12 +89,13 @@ class Mesh:
     uv:        (L * C, 2) float32, the first L layers of `SceneBuffers.uv_layers` one after the other, or None. L is as
                many as the mesh's materials ask for, at least 1 (the active render UV map); a layer beyond is 0, 0.
     slots:     (T,) uint32 material slot of each triangle, or None where all are 0.
-    colors:    colour attributes by name, (V, 4) or (C, 4) float32; kept for materials that read them.
     tangents:  (K * C, 4) float32 MikkTSpace tangent in object space and its sign (bitangent = sign * cross(normal,
                tangent)), the first K layers of `SceneBuffers.tangent_layers` one after the other; a tangent of 0, 0, 0
                or of a layer beyond leaves the normal as it is. None where no material of the mesh has a normal map.
     generated: (V, 3) float32 generated coordinates (0 to 1 over the undeformed mesh's texture space), or None where no
                material of the mesh asks for them.
+    attributes: those that shaders of the mesh ask for, UV maps apart; of the others that it has none, all is 0 and
+               alpha 1.
     """
 
     name: str
@@ -102,19 +106,39 @@ class Mesh:
     normals_domain: str = 'FACE'
     uv: F32 | None = None
     slots: U32 | None = None
-    colors: dict[str, F32] = field(default_factory=dict)
     tangents: F32 | None = None
     generated: F32 | None = None
+    attributes: tuple[Attribute, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
-class InstanceSpaces:
-    """What object coordinates need of the instances: only there if a slot asks for COORDINATES_OBJECT.
+class InstanceInfo:
+    """What the node Object Info shows beside location and pass index: only there if a shader asks for it.
 
-    world_to_object: (I, 3, 4) float32.
+    color:  (I, 4) float32 of the object, alpha last.
+    random: (I,) float32 0 to 1, as Cycles hashes it.
     """
 
-    world_to_object: F32
+    color: F32
+    random: F32
+
+
+@dataclass(frozen=True, slots=True)
+class InstanceParticles:
+    """The particles that made the instances: only there if a shader asks for them; 0 where no particle did.
+
+    index, age, lifetime, size: (I,) float32; ages are frames. random: (I,) float32 0 to 1, as Cycles hashes it.
+    location, velocity, angular_velocity: (I, 3) float32, world space.
+    """
+
+    index: F32
+    random: F32
+    age: F32
+    lifetime: F32
+    size: F32
+    location: F32
+    velocity: F32
+    angular_velocity: F32
 
 
 @dataclass(frozen=True, slots=True)
@@ -130,6 +154,7 @@ class Instances:
     light_group:   (I,) int32 index into `SceneBuffers.light_groups`, -1 for none.
     terminator:    (I,) float32 Cycles' shadow terminator geometry offset, 0 to 1 (0 = off).
     names:         object names by instance, for messages; may be shorter than I (objects of one parent share the last).
+    attributes:    (A, I, 4) float32, one for each of `SceneBuffers.instance_layers`; None where there are none.
     """
 
     mesh: U32
@@ -141,7 +166,9 @@ class Instances:
     light_group: I32
     terminator: F32
     names: tuple[str, ...] = ()
-    spaces: InstanceSpaces | None = None
+    info: InstanceInfo | None = None
+    particles: InstanceParticles | None = None
+    attributes: F32 | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -158,25 +185,6 @@ class Image:
     name: str
     pixels: NDArray[np.uint8] | NDArray[np.uint16] | NDArray[np.float16] | F32
     srgb: bool = False
-
-
-@dataclass(frozen=True, slots=True)
-class MaterialTextures:
-    """What the M materials read from images; None in `Materials` where none does.
-
-    slots:           (S,) TEXTURE_SLOT, equal ones once.
-    inputs:          (M, 9) int32 index into slots for each of TEXTURED_INPUTS, -1 = the constant in `Materials`; where
-                     a slot stands, the constant says nothing.
-    normal_strength: (M,) float32 of the Normal Map node.
-    normal_tangent:  (M,) uint32 index into `SceneBuffers.tangent_layers`.
-    normal_space:    (M,) uint32 NORMAL_*: what the normal map's directions are relative to.
-    """
-
-    slots: NDArray[np.void]
-    inputs: I32
-    normal_strength: F32
-    normal_tangent: U32
-    normal_space: U32
 
 
 @dataclass(frozen=True, slots=True)
@@ -214,37 +222,25 @@ class MaterialModels:
 
 @dataclass(frozen=True, slots=True)
 class Materials:
-    """M materials: the Principled BSDF's constants. Entry 0 is the default material of objects without one.
+    """M materials. Entry 0 is the default material of objects without one.
 
-    emission is colour × strength. emission_sampling: 1 = sampled as a light, 0 = only found by rays.
-    emission_sides: 1 = the front of a face emits, 2 = its back, 3 = both; None = both everywhere.
-    transmission: share of the light that is clear glass's; only WHITTED reads it. None = 0 everywhere.
+    emission_sampling: 1 = sampled as a light, 0 = only found by rays.
+    shader: index into `SceneBuffers.shaders`, -1 for the default grey: a new Principled BSDF.
     models: None where all are Principled and the integrator needs none of their parameters.
     """
 
-    base_color: F32  # (M, 3)
-    metallic: F32  # (M,)
-    roughness: F32  # (M,)
-    ior: F32  # (M,)
-    specular_level: F32  # (M,)
-    specular_tint: F32  # (M, 3)
-    emission: F32  # (M, 3)
-    alpha: F32  # (M,)
-    multi_ggx: U32  # (M,) 1 = Multiscatter GGX, 0 = GGX
     pass_index: I32  # (M,)
     emission_sampling: U32  # (M,)
-    emission_sides: U32 | None = None  # (M,)
+    shader: I32  # (M,)
     names: tuple[str, ...] = ()
-    textures: MaterialTextures | None = None
     models: MaterialModels | None = None
-    transmission: F32 | None = None  # (M,)
 
 
 @dataclass(frozen=True, slots=True)
 class Lights:
     """L lamps in Blender's units; the native module derives radiance (blender-facts.md, 'Lights').
 
-    strength: (L, 3) colour × temperature colour × energy × 2^exposure.
+    strength: (L, 3) colour × temperature colour × energy × 2^exposure; the emission of `shader` is a factor.
     transform:(L, 3, 4) float32 object-to-world, scale and shear included.
     size:     (L,) radius in metres (point, spot) or angle in radians (sun).
     falloff and what follows it (light_settings.py): None where all lamps fall off and end as Blender's do.
@@ -271,15 +267,23 @@ class Lights:
     inner_angle: F32 | None = None  # (L,) radians from the axis, at most outer_angle
     outer_angle: F32 | None = None  # (L,) radians from the axis
     pass_index: I32 | None = None  # (L,) N of the pass 'light:N' that shows the lamp alone, -1 for none
+    shader: I32 | None = None  # (L,) index into SceneBuffers.shaders, -1 for none; None: none has one
 
 
 @dataclass(frozen=True, slots=True)
 class World:
-    """The background: one colour (already × strength), and which rays see it."""
+    """The background, and which rays see it.
+
+    color:  radiance; the emission of `shader` is a factor.
+    shader: index into `SceneBuffers.shaders`, -1 for none.
+    name:   for messages.
+    """
 
     color: tuple[float, float, float] = (0.0, 0.0, 0.0)
     visibility: int = 63
     light_group: int = -1
+    shader: int = -1
+    name: str = ''
 
 
 @dataclass(frozen=True, slots=True)
@@ -288,9 +292,14 @@ class SceneBuffers:
 
     material_slots: (S,) uint32 indices into materials; instance i owns [material_base, material_base + material_count).
     light_groups:   names, in the order that `light_group` indexes.
-    images:         those that material slots read.
+    images:         those that shaders read.
     uv_layers:      names of the UV maps in use, '' = each mesh's active render one, which comes first.
     tangent_layers: the UV maps (indices into uv_layers) that normal maps take their tangents from.
+    shaders:        each equal one once.
+    attribute_layers: what the ops `attribute*` look up: first `uv_layers`, then `Mesh.attributes`, then
+                    `Instances.attributes`. A UV map is (u, v, 0) and u as a number. Names that begin with a control
+                    character are made up by export/attributes.py.
+    instance_layers: indices into attribute_layers of those with one value for each instance.
     """
 
     meshes: tuple[Mesh, ...]
@@ -303,6 +312,9 @@ class SceneBuffers:
     images: tuple[Image, ...] = ()
     uv_layers: tuple[str, ...] = ('',)
     tangent_layers: tuple[int, ...] = ()
+    shaders: tuple[Shader, ...] = ()
+    attribute_layers: tuple[str, ...] = ('',)
+    instance_layers: tuple[int, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -347,6 +359,7 @@ class RenderSettings:
     max_bounces: int = 12
     diffuse_bounces: int = 4
     glossy_bounces: int = 4
+    transmission_bounces: int = 12
     transparent_bounces: int = 8
     adaptive: bool = False
     noise_threshold: float = 0.01

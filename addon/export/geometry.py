@@ -7,6 +7,7 @@ Which meshes there are, and where they stand, is instances.py's.
 from __future__ import annotations
 
 import ctypes
+from dataclasses import replace
 
 import bpy
 import numpy as np
@@ -14,7 +15,8 @@ from numpy.typing import NDArray
 
 from ..log import Log
 from . import bounds
-from .buffers import F32, U32, Mesh
+from .attributes import mesh_attribute
+from .buffers import F32, U32, Attribute, Mesh
 from .layers import Layers, Needs
 from .tangents import corner_tangents
 
@@ -38,7 +40,9 @@ def read_mesh(mesh: bpy.types.Mesh, owner: str, slot_count: int, layers: Layers,
     slots = _slots(mesh, slot_count)
     tangents = _tangents(mesh, owner, positions, triangles, corner_tris, layers, needs, log)
     generated = _generated(mesh) if needs.generated else None
-    corners = corner_tris.copy() if uv is not None or tangents is not None or domain == 'CORNER' else None
+    attributes = _attributes(mesh, owner, layers, needs, log)
+    by_corner = domain == 'CORNER' or any(attribute.domain == 'CORNER' for attribute in attributes)
+    corners = corner_tris.copy() if uv is not None or tangents is not None or by_corner else None
 
     # Vertices without a place take their triangles with them.
     if not _within(positions):
@@ -52,12 +56,23 @@ def read_mesh(mesh: bpy.types.Mesh, owner: str, slot_count: int, layers: Layers,
         triangles = np.ascontiguousarray(triangles[keep])
         corners = None if corners is None else np.ascontiguousarray(corners[keep])
         slots = None if slots is None else np.ascontiguousarray(slots[keep])
+        attributes = tuple(_of_triangles(attribute, keep) for attribute in attributes)
         if not len(triangles):
             return None
     if normals is not None:
         _repair_normals(normals, positions, triangles, corners if domain == 'CORNER' else triangles)
     return Mesh(
-        mesh.name, positions, triangles, corners, normals, domain, uv, slots, tangents=tangents, generated=generated
+        mesh.name,
+        positions,
+        triangles,
+        corners,
+        normals,
+        domain,
+        uv,
+        slots,
+        tangents=tangents,
+        generated=generated,
+        attributes=attributes,
     )
 
 
@@ -137,6 +152,25 @@ def _uv(mesh: bpy.types.Mesh, name: str, owner: str, log: Log) -> F32 | None:
         uv[~np.isfinite(uv)] = 0.0
         np.clip(uv, -bounds.LARGEST, bounds.LARGEST, out=uv)
     return uv
+
+
+def _attributes(mesh: bpy.types.Mesh, owner: str, layers: Layers, needs: Needs, log: Log) -> tuple[Attribute, ...]:
+    """The attributes that its materials ask for; 0 is used for those that it has not."""
+    found = []
+    for name in sorted(needs.attributes):
+        attribute = mesh_attribute(mesh, layers.attribute_layers.index(name), name)
+        if attribute is not None:
+            found.append(attribute)
+        elif name.isprintable():
+            log.info(f'Object "{owner}": mesh "{mesh.name}" has no attribute "{name}", which its material asks for')
+    return tuple(found)
+
+
+def _of_triangles(attribute: Attribute, keep: NDArray[np.bool_]) -> Attribute:
+    """An attribute without the triangles that are left out."""
+    if attribute.domain != 'FACE':
+        return attribute
+    return replace(attribute, values=np.ascontiguousarray(attribute.values[keep]))
 
 
 def _tangents(

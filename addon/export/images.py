@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Images to arrays, in the depth of their files: from files, packed files, generated images, frames of sequences.
 
-An image that cannot be read is None and a message: what is shown instead is told in texture_nodes.py.
+An image that cannot be read is None and a message: what is shown instead is told in addon/shader/nodes_texture.py.
 """
 
 from __future__ import annotations
@@ -65,27 +65,35 @@ class ImageTable:
     _by_user: dict[tuple, Loaded | str] = field(default_factory=dict)
     _by_content: dict[tuple, Loaded | str] = field(default_factory=dict)
 
-    def load(self, image: bpy.types.Image | None, user: bpy.types.ImageUser) -> Loaded | str:
-        """The image as this user sees it, or why it cannot be read."""
+    def load(self, image: bpy.types.Image | None, user: bpy.types.ImageUser, tile: int = 0) -> Loaded | str:
+        """The image as this user sees it, or why it cannot be read. tile: of UDIM tiles; 0 = the first, for all."""
         if image is None:
             return 'no image is chosen'
         frame = sequence_frame(user, self.frame) if image.source == 'SEQUENCE' else 0
-        key = (image, frame)
+        key = (image, frame, tile)
         if key not in self._by_user:
             self.log.checkpoint()
-            self._by_user[key] = self._load(image, frame)
+            self._by_user[key] = self._load(image, frame, tile)
         return self._by_user[key]
+
+    def missing(self) -> int:
+        """The index of an image of one pixel, which shows what Cycles shows where there is none."""
+        key = ('missing',)
+        if key not in self._by_content:
+            self.images.append(Image('missing', np.array([[[255, 0, 255]]], np.uint8)))
+            self._by_content[key] = Loaded(len(self.images) - 1, False, True)
+        return self._by_content[key].index
 
     @cached_property
     def working_space(self) -> str:
         settings = getattr(bpy.data, 'colorspace', None)  # 5.0 and later
         return settings.working_space if settings is not None else REC709
 
-    def _load(self, image: bpy.types.Image, frame: int) -> Loaded | str:
+    def _load(self, image: bpy.types.Image, frame: int, tile: int) -> Loaded | str:
         settings = image.colorspace_settings
         coding = Coding(settings.name, settings.is_data, image.alpha_mode)
         try:
-            key, read = self._source(image, frame)
+            key, read = self._source(image, frame, tile)
             key = (*key, coding)
             if read is _read_blender and image.is_float:
                 coding = replace(coding, space='scene_linear')  # as Blender holds all floats, whatever their file says
@@ -95,7 +103,9 @@ class ImageTable:
             return f'image "{image.name}" {error}'
         return self._by_content[key]
 
-    def _source(self, image: bpy.types.Image, frame: int) -> tuple[tuple, Callable[[bpy.types.Image], NDArray]]:
+    def _source(
+        self, image: bpy.types.Image, frame: int, tile: int
+    ) -> tuple[tuple, Callable[[bpy.types.Image], NDArray]]:
         """What tells contents apart, and the function that reads the pixels.
 
         Blender's own copy counts where it was painted on or made in Blender, and where it is packed and no bytes.
@@ -106,18 +116,20 @@ class ImageTable:
 
         if image.source == 'MOVIE':
             self.log.warning(f'Image "{image.name}": movies are not supported yet: one frame is shown')
-        elif image.source == 'TILED':
+        elif image.source == 'TILED' and tile == 0:
             self.log.warning(f'Image "{image.name}": UDIM tiles are not supported yet: the first is shown')
-        if is_blenders(image):
+        if is_blenders(image) and tile in (0, first_tile(image)):
             return ('blender', image), _read_blender
         packed = image.packed_file if image.source != 'SEQUENCE' else None
+        if tile:
+            packed = next((found.packed_file for found in image.packed_files if found.tile_number == tile), None)
         if packed is not None and packed.size > 0:
             data = packed.data
             key = ('packed', hashlib.sha256(data).digest())
-            if image.size[0] > 0 and image.is_float:  # asking for the size makes Blender load it
+            if not tile and image.size[0] > 0 and image.is_float:  # asking for the size makes Blender load it
                 return key, _read_blender
             return key, lambda image: _read_packed(data, image.filepath, damaged)
-        path = image_path(image, frame)
+        path = image_path(image, frame, tile)
         if not os.path.isfile(path):
             shown = image.filepath if image.source == 'FILE' else path
             raise ImageError(f'has no file at "{shown}"')
@@ -133,7 +145,7 @@ class ImageTable:
         multiplied = associated and coding.alpha_mode == 'PREMUL'
         if pixels.dtype.kind == 'f' and not (np.isfinite(pixels.min()) and np.isfinite(pixels.max())):
             self.log.warning(f'Image "{image.name}": some of its pixels are no finite numbers: 0 is used')
-            pixels = np.nan_to_num(pixels, nan=0.0, posinf=0.0, neginf=0.0)
+            np.nan_to_num(pixels, copy=False, nan=0.0, posinf=0.0, neginf=0.0)
         if not known:
             pixels, multiplied = self._convert(image, pixels, coding, multiplied)
         if associated and not multiplied:
@@ -174,13 +186,19 @@ def is_blenders(image: bpy.types.Image) -> bool:
     return image.source in ('GENERATED', 'MOVIE') or (image.source != 'SEQUENCE' and image.is_dirty)
 
 
-def image_path(image: bpy.types.Image, frame: int = 0) -> str:
-    """The absolute path of the file that an image shows."""
+def first_tile(image: bpy.types.Image) -> int:
+    return image.tiles[0].number if len(image.tiles) else 1001
+
+
+def image_path(image: bpy.types.Image, frame: int = 0, tile: int = 0) -> str:
+    """The absolute path of the file that an image shows. tile: of UDIM tiles; 0 = the first."""
     path = bpy.path.abspath(image.filepath, library=image.library)
     if os.sep == '/' and not os.path.exists(path):
         path = path.replace('\\', '/')  # from Windows
     if image.source == 'TILED':
-        return path.replace('<UDIM>', str(image.tiles[0].number if len(image.tiles) else 1001))
+        number = tile or first_tile(image)
+        at = number - 1001
+        return path.replace('<UDIM>', str(number)).replace('<UVTILE>', f'u{at % 10 + 1}_v{at // 10 + 1}')
     if image.source != 'SEQUENCE':
         return path
     folder, name = os.path.split(path)

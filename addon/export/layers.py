@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What materials ask of the meshes that show them: UV maps, tangents, generated coordinates; no mesh brings more.
+"""What shaders ask of the meshes that show them: UV maps, tangents, attributes; no mesh brings more.
 
 How a mesh's arrays are read is geometry.py's.
 """
@@ -7,94 +7,135 @@ How a mesh's arrays are read is geometry.py's.
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 import bpy
 
-from .buffers import COORDINATES_GENERATED, COORDINATES_OBJECT, COORDINATES_UV, NORMAL_TANGENT
-from .textures import NormalMap, Texture
+from .attributes import is_of_instance
 
-if TYPE_CHECKING:  # both of them use this file
-    from .materials import Row
+if TYPE_CHECKING:  # they use this file, or are not needed to run it
+    from ..shader import Draft
     from .shapes import Shape
 
 
 @dataclass(slots=True)
 class Needs:
-    """What one mesh must bring. uv_maps and tangents: names of UV maps, '' = the active render one."""
+    """What one mesh must bring.
+
+    uv_maps, tangents: names of UV maps, '' = the active render one.
+    attributes:        names of layers that are no UV maps (attributes.py).
+    """
 
     uv_maps: set[str] = field(default_factory=set)
     tangents: set[str] = field(default_factory=set)
+    attributes: set[str] = field(default_factory=set)
     generated: bool = False
 
 
 @dataclass(frozen=True, slots=True)
 class Layers:
-    """The UV maps in use, in the order that slots count them; see the fields of `SceneBuffers`.
+    """The UV maps and other layers in use; see the fields of `SceneBuffers`.
 
     aliases: names that mean the active render UV map wherever they are used.
+    attribute_layers, instance_layers: see `SceneBuffers`.
+    particles: whether shaders ask for particles.
     """
 
     uv_layers: tuple[str, ...]
     tangent_layers: tuple[int, ...]
-    object_spaces: bool
     aliases: frozenset[str]
     needs: dict[bpy.types.Mesh, Needs]
+    attribute_layers: tuple[str, ...] = ('',)
+    instance_layers: tuple[int, ...] = ()
+    object_info: bool = False
+    particles: bool = False
 
-    def resolved(self, texture: Texture) -> Texture:
-        lookup = texture.lookup
-        return replace(texture, lookup=replace(lookup, uv_map='')) if lookup.uv_map in self.aliases else texture
+    @property
+    def numbers(self) -> dict[tuple[str, str], int]:
+        """What shaders put in for the name of a 'layer' or of a 'tangent' layer."""
+        found = {('layer', name): index for index, name in enumerate(self.attribute_layers)}
+        found |= {('layer', name): 0 for name in self.aliases}
+        for index, layer in enumerate(self.tangent_layers):
+            found['tangent', self.uv_layers[layer]] = index
+            if layer == 0:
+                found |= {('tangent', name): index for name in self.aliases}
+        return found
 
-    def tangent(self, normal: NormalMap | None) -> int:
-        """The place in `tangent_layers` that a normal map reads."""
-        if normal is None or normal.space != NORMAL_TANGENT:
-            return 0
-        name = '' if normal.uv_map in self.aliases else normal.uv_map
-        return self.tangent_layers.index(self.uv_layers.index(name))
+
+# Ops that read generated coordinates: those themselves, and the tangents that are made of them.
+READ_GENERATED = frozenset(('generated', 'tangent', 'geometry_tangent'))
+READ_OBJECT_INFO = frozenset(('object_info_v', 'object_info_f'))
+READ_PARTICLES = frozenset(('particle_v', 'particle_f'))
 
 
-def plan(shapes: Iterable[Shape], rows: list[Row]) -> Layers:
-    """What the materials `rows` ask of the meshes of the shapes."""
-    asked = [_needs_of_row(row) for row in rows]
+def plan(shapes: Iterable[Shape], drafts: list[Draft], shader_of: list[int]) -> Layers:
+    """What the shaders of materials ask of the meshes of the shapes.
+
+    drafts: all shaders, the world's and the lamps' included; shader_of: those of the materials, -1 for none.
+    """
+    asked = [Needs() if index < 0 else _needs_of(drafts[index]) for index in shader_of]
     needs: dict[bpy.types.Mesh, Needs] = {}
     for shape in shapes:
         mine = needs.setdefault(shape.data, Needs())
         for need in (asked[index] for index in shape.materials):
             mine.uv_maps |= need.uv_maps
             mine.tangents |= need.tangents
+            mine.attributes |= need.attributes
             mine.generated |= need.generated
+    others = _attributes_that_are_uv_maps(needs)
 
     # Importers name the UV map even where there is but one: it shall not be there twice.
     foreign = {name for mesh, need in needs.items() for name in need.uv_maps | need.tangents if name != _active(mesh)}
-    named = {name for need in asked for name in need.uv_maps | need.tangents} - {''}
+    named = {name for need in asked for name in need.uv_maps | need.tangents} | others
+    named |= {name for draft in drafts for name in draft.layers('tangent')}
+    named.discard('')
     aliases = frozenset(named - foreign)
     for need in needs.values():
         need.uv_maps = {'' if name in aliases else name for name in need.uv_maps}
         need.tangents = {'' if name in aliases else name for name in need.tangents}
-    tangents = {'' if name in aliases else name for need in asked for name in need.tangents}
+    tangents = {name for need in asked for name in need.tangents}
+    tangents |= {name for draft in drafts for name in draft.layers('tangent')}
+    tangents = {'' if name in aliases else name for name in tangents}
     uv_layers = ('', *sorted(named - aliases))
+    rest = {name for draft in drafts for name in draft.layers('layer')} - aliases - set(uv_layers)
+    of_instances = sorted(name for name in rest if is_of_instance(name))
+    of_meshes = sorted(rest.difference(of_instances))
+    first = len(uv_layers) + len(of_meshes)
+    uses = frozenset().union(*(draft.uses for draft in drafts))
     return Layers(
         uv_layers=uv_layers,
         tangent_layers=tuple(index for index, name in enumerate(uv_layers) if name in tangents),
-        object_spaces=any(_reads(row, COORDINATES_OBJECT) for row in rows),
         aliases=aliases,
         needs=needs,
+        attribute_layers=(*uv_layers, *of_meshes, *of_instances),
+        instance_layers=tuple(range(first, first + len(of_instances))),
+        object_info=bool(uses & READ_OBJECT_INFO),
+        particles=bool(uses & READ_PARTICLES),
     )
 
 
-def _needs_of_row(row: Row) -> Needs:
-    lookups = [texture.lookup for texture in row.textures().values()]
-    normal = row.bsdf.normal
+def _needs_of(draft: Draft) -> Needs:
+    """What a shader asks for; whether an attribute is a UV map is found out when all are there."""
     return Needs(
-        uv_maps={lookup.uv_map for lookup in lookups if lookup.coordinates == COORDINATES_UV},
-        tangents={normal.uv_map} if normal is not None and normal.space == NORMAL_TANGENT else set(),
-        generated=_reads(row, COORDINATES_GENERATED),
+        tangents=draft.layers('tangent'),
+        attributes={name for name in draft.layers('layer') if not is_of_instance(name)},
+        generated=bool(draft.uses & READ_GENERATED),
     )
 
 
-def _reads(row: Row, coordinates: int) -> bool:
-    return any(texture.lookup.coordinates == coordinates for texture in row.textures().values())
+def _attributes_that_are_uv_maps(needs: dict[bpy.types.Mesh, Needs]) -> set[str]:
+    """Move attributes that are UV maps of all meshes that have them to `uv_maps`; returns their names."""
+    names = {name for need in needs.values() for name in need.attributes}
+    mixed = set()
+    for mesh, need in needs.items():
+        maps = {layer.name for layer in mesh.uv_layers}
+        mixed |= {name for name in need.attributes - maps if name and (name[0] == '\x01' or name in mesh.attributes)}
+    found = names - mixed
+    for need in needs.values():
+        need.uv_maps |= need.attributes & found
+        need.attributes -= found
+    return found
 
 
 def _active(mesh: bpy.types.Mesh) -> str | None:

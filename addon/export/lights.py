@@ -12,17 +12,16 @@ from dataclasses import dataclass
 import bpy
 import numpy as np
 
-from .. import compat
 from ..lamps import pass_names, pass_numbers
 from ..log import Log
 from . import bounds
 from .beams import Beam, beam_arrays, read_beam
 from .buffers import F32, I32, LIGHT_POINT, LIGHT_SPOT, LIGHT_SUN, Lights
-from .closures import BLACK, Color
-from .nodes import Trees, node_inputs, output_node
-from .surface import Reader, read_closure
+from .shaders import ShaderTable
+from .sockets import Color
 
 TYPES = {'POINT': LIGHT_POINT, 'SUN': LIGHT_SUN, 'SPOT': LIGHT_SPOT}
+BLACK: Color = (0.0, 0.0, 0.0)
 MAX_BOUNCES = 1024  # Cycles' default, where its settings do not exist
 
 
@@ -44,9 +43,16 @@ class Lamp:
     visibility: int
     light_group: int
     beam: Beam
+    shader: int
 
 
-def read_lamp(obj: bpy.types.Object, visibility: int, light_group: int, trees: Trees, log: Log) -> Lamp | None:
+def read_lamp(
+    obj: bpy.types.Object,
+    visibility: int,
+    light_group: int,
+    log: Log,
+    shaders: ShaderTable,
+) -> Lamp | None:
     """The lamp of a light object, or None where it gives no light or is of a kind that is not supported yet."""
     light = obj.data
     settings = getattr(light, 'cycles', None)  # absent where the Cycles add-on is disabled
@@ -59,7 +65,7 @@ def read_lamp(obj: bpy.types.Object, visibility: int, light_group: int, trees: T
     def warn(text: str) -> None:
         log.warning(f'Light "{obj.name}": {text}')
 
-    strength = _strength(light, trees, warn)
+    strength = _strength(light, warn)
     if not any(strength) or not visibility:
         return None
     beam = read_beam(light, obj.name, log)
@@ -81,6 +87,7 @@ def read_lamp(obj: bpy.types.Object, visibility: int, light_group: int, trees: T
         visibility=visibility,
         light_group=light_group,
         beam=beam,
+        shader=shaders.index(light, warn),
     )
 
 
@@ -111,6 +118,7 @@ def light_arrays(lamps: list[Lamp], transforms: F32, lamp_of: I32, view_layer: b
         light_group=column('light_group', np.int32),
         names=tuple(lamps[index].name for index in lamp_of),
         pass_index=_pass_indices([lamps[index].name for index in lamp_of], view_layer),
+        shader=column('shader', np.int32),
         **beam_arrays([lamps[index].beam for index in lamp_of]),
     )
 
@@ -123,19 +131,12 @@ def _pass_indices(names: list[str], view_layer: bpy.types.ViewLayer) -> I32 | No
     return np.array([numbers.get(pass_of.get(name, ''), -1) for name in names], np.int32)
 
 
-def _strength(light: bpy.types.Light, trees: Trees, warn: Callable[[str], None]) -> Color:
-    """Colour × temperature colour × energy × 2^exposure × the light's node tree; black where it is no number."""
+def _strength(light: bpy.types.Light, warn: Callable[[str], None]) -> Color:
+    """Colour × temperature colour × energy × 2^exposure; black where it is no number."""
     with np.errstate(all='ignore'):
         color = np.array(light.color, np.float64) * light.energy * np.exp2(np.float64(light.exposure))
     if light.use_temperature:
         color *= light.temperature_color
-    tree = compat.node_tree(light)
-    if tree is not None:
-        reader = Reader(trees, warn)
-        output = output_node(tree)
-        inputs = node_inputs(output) if output is not None else {}
-        color *= read_closure(reader, inputs.get('Surface')).emission
-        reader.report()
     if not np.isfinite(color).all():
         warn('its strength is not a finite number: left out')
         return BLACK

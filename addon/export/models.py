@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """`material.cotorra`, or the scene's override of it, to arrays: by which model each material reflects.
 
-What the material's nodes say is materials.py's and surface.py's; the formulas are the kernels'.
+What the material's nodes say is told in addon/shader/; the formulas are the kernels'.
 """
 
 from __future__ import annotations

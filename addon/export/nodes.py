@@ -2,12 +2,12 @@
 """Walks shader node trees as Blender inlines them: which value or which node feeds an input, whatever lies between.
 
 It knows links, constants and what only hands on (reroutes, muted nodes, groups, zones, menus, bundles); what a shader
-node means is told in surface.py.
+node means is told in addon/shader/.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
 
 import bpy
@@ -58,10 +58,6 @@ class Source:
     output: bpy.types.NodeSocket
     contexts: tuple[Context, ...] = ()
     through: tuple[str, ...] = ()
-
-    def inputs(self) -> dict[str, Input]:
-        """The inputs in use by name; of several with one name, the first."""
-        return node_inputs(self.node, self.contexts)
 
     def all_inputs(self) -> list[Input]:
         return [Input(socket, self.contexts) for socket in self.node.inputs if socket.enabled]
@@ -164,21 +160,16 @@ class Trees:
         if self._steps % STEPS_BETWEEN_CHECKPOINTS == 0:
             self.checkpoint()
 
-    def _tree(self, tree: bpy.types.NodeTree) -> dict[bpy.types.NodeSocket, bpy.types.NodeSocket]:
+    def has_loop(self, tree: bpy.types.NodeTree) -> bool:
         if tree not in self._links:
             self._links[tree], self._loops[tree] = _tree_links(tree)
+        return bool(self._loops[tree])
+
+    def _tree(self, tree: bpy.types.NodeTree) -> dict[bpy.types.NodeSocket, bpy.types.NodeSocket]:
+        self.has_loop(tree)
         for text in self._loops[tree]:
             self.warn(text)
         return self._links[tree]
-
-
-def node_inputs(node: bpy.types.Node, contexts: tuple[Context, ...] = ()) -> dict[str, Input]:
-    """The inputs in use by name (nodes with modes have several of a name, one enabled); of several, the first."""
-    found: dict[str, Input] = {}
-    for socket in node.inputs:
-        if socket.enabled:
-            found.setdefault(socket.name, Input(socket, contexts))
-    return found
 
 
 def output_node(tree: bpy.types.NodeTree) -> bpy.types.Node | None:
@@ -195,29 +186,6 @@ def source(trees: Trees, target: Input) -> Source | Constant | Input:
     if isinstance(found, Source) and len(found.through) > 1 and not trees.folded(found):
         return replace(found, through=found.through[:1])
     return found
-
-
-def sources_in_order(trees: Trees, targets: Iterable[Input]) -> Iterator[Source]:
-    """All that feeds the targets, directly or not; each node after those that feed it, however deep they lie."""
-    done: set[tuple] = set()
-    waiting: list[tuple[Source, bool]] = []
-
-    def add(inputs: Iterable[Input]) -> None:
-        for target in inputs:
-            found = source(trees, target)
-            if isinstance(found, Source) and (found.output, found.contexts) not in done:
-                waiting.append((found, False))
-
-    add(targets)
-    while waiting:
-        found, is_fed = waiting.pop()
-        key = (found.output, found.contexts)
-        if is_fed:
-            yield found
-        elif key not in done:
-            done.add(key)
-            waiting.append((found, True))
-            add(found.all_inputs())
 
 
 def _found(trees: Trees, target: Input, depth: int = 0) -> Source | Constant | Input:

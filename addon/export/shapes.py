@@ -75,8 +75,11 @@ def read_meshes(shapes: list[Shape], layers: Layers, log: Log) -> Meshes:
 
 def instance_arrays(
     shapes: list[Shape], meshes: Meshes, shape_of: I32, transforms: F32, table: MaterialTable, log: Log
-) -> Instances:
-    """One entry for each transform (N, 3, 4), whose shape `shape_of` (N,) tells; what shows nothing is left out."""
+) -> tuple[Instances, I32]:
+    """One entry for each transform (N, 3, 4), whose shape `shape_of` (N,) tells; what shows nothing is left out.
+
+    Returns with it which of the transforms these are.
+    """
     mesh_of = np.array([meshes.index[shape.data] for shape in shapes], np.int32)
     keep = mesh_of[shape_of] >= 0
     for index, text in _unusable(transforms, keep, shape_of):
@@ -94,7 +97,7 @@ def instance_arrays(
     def column(values: list, dtype: type) -> NDArray:
         return np.array(values, dtype)[shape_of]
 
-    return Instances(
+    instances = Instances(
         mesh=mesh_of[shape_of].view(np.uint32),
         transform=np.ascontiguousarray(transforms[keep]),
         material_base=bases[shape_of],
@@ -105,6 +108,7 @@ def instance_arrays(
         terminator=column([shape.terminator for shape in shapes], np.float32),
         names=tuple(map([shape.obj.name for shape in shapes].__getitem__, shape_of.tolist())),
     )
+    return instances, np.flatnonzero(keep).astype(np.int32)
 
 
 def _read(shape: Shape, slot_count: int, layers: Layers, log: Log) -> Mesh | None:

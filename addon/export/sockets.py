@@ -11,7 +11,12 @@ from collections.abc import Callable
 
 import bpy
 
-from .textures import BLACK, LUMINANCE, Color
+Color = tuple[float, ...]  # three, scene-linear
+
+BLACK = (0.0, 0.0, 0.0)
+
+# Luminance of linear Rec.709, Blender's default working space: what a colour is where a number is asked for.
+LUMINANCE = (0.2126390, 0.7151687, 0.0721923)
 
 # Colours and vectors have three components; menus are text.
 Value = Color | float | bool | str

@@ -1,16 +1,15 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The world: one colour, and which rays see it.
+"""The world: its shader, and which rays see it.
 
-Environment textures and skies are not read yet; they are reported, and the socket's own colour stands in for them.
+What its node tree says is told in addon/shader/.
 """
 
 from __future__ import annotations
 
 import bpy
 
-from .. import compat, cycles_settings
+from .. import cycles_settings
 from ..log import Log
-from . import bounds
 from .buffers import (
     VISIBLE_CAMERA,
     VISIBLE_DIFFUSE,
@@ -20,9 +19,7 @@ from .buffers import (
     VISIBLE_VOLUME,
     World,
 )
-from .closures import BLACK, Color
-from .nodes import Trees, node_inputs, output_node
-from .surface import Reader, read_closure, warn_missing_images
+from .shaders import ShaderTable
 
 VISIBILITY = {
     'camera': VISIBLE_CAMERA,
@@ -34,7 +31,11 @@ VISIBILITY = {
 
 
 def read_world(
-    scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer, groups: dict[str, int], trees: Trees, log: Log
+    scene: bpy.types.Scene,
+    view_layer: bpy.types.ViewLayer,
+    groups: dict[str, int],
+    log: Log,
+    shaders: ShaderTable,
 ) -> World:
     """The world of a view layer; black where there is none or the layer leaves it out ('Environment' in its filter)."""
     world = getattr(view_layer, 'world_override', None) or scene.world  # 5.x can override it
@@ -43,21 +44,9 @@ def read_world(
     cycles_settings.warn_world(world, scene, log)
     flags = getattr(world, 'cycles_visibility', None)  # absent where the Cycles add-on is disabled
     visibility = VISIBLE_SHADOW | sum(bit for name, bit in VISIBILITY.items() if getattr(flags, name, True))
-    return World(_color(world, trees, log), visibility, groups.get(world.lightgroup, -1))
+    group = groups.get(world.lightgroup, -1)
 
-
-def _color(world: bpy.types.World, trees: Trees, log: Log) -> Color:
     def warn(text: str) -> None:
         log.warning(f'World "{world.name}": {text}')
 
-    tree = compat.node_tree(world)
-    if tree is None:
-        return bounds.color(world.color, BLACK, 'its colour', warn)
-    output = output_node(tree)
-    inputs = node_inputs(output) if output is not None else {}
-    reader = Reader(trees, warn)
-    color = read_closure(reader, inputs.get('Surface')).emission
-    reader.leave_out_linked(inputs, 'Volume')
-    reader.report()
-    warn_missing_images(tree, warn)
-    return bounds.color(color, BLACK, 'its colour', warn)
+    return World((1.0, 1.0, 1.0), visibility, group, shaders.index(world, warn), world.name)

@@ -8,7 +8,15 @@ from __future__ import annotations
 
 import bpy
 
-from . import data_panels, integrator_panels, layer_panels, model_panels, render_panels, standard_panels
+from . import (
+    data_panels,
+    integrator_panels,
+    layer_panels,
+    model_panels,
+    program_panel,
+    render_panels,
+    standard_panels,
+)
 
 # In the order in which Blender shows them; panels that stand in others come after them.
 CLASSES = (
@@ -19,6 +27,7 @@ CLASSES = (
     *layer_panels.CLASSES,
     *data_panels.CLASSES,
     *model_panels.CLASSES,
+    *program_panel.CLASSES,
     *data_panels.LAST_CLASSES,
 )
 
@@ -37,3 +46,4 @@ def unregister() -> None:
     for cls in reversed(CLASSES):
         bpy.utils.unregister_class(cls)
     standard_panels.unregister()
+    program_panel.forget()

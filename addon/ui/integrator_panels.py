@@ -107,7 +107,15 @@ def draw_direct(layout: bpy.types.UILayout, settings: bpy.types.PropertyGroup) -
 
 def draw_path(layout: bpy.types.UILayout, settings: bpy.types.PropertyGroup) -> None:
     bounces = layout.column(align=True)
-    draw_inherited(bounces, settings, 'max_bounces', 'diffuse_bounces', 'glossy_bounces', 'transparent_bounces')
+    draw_inherited(
+        bounces,
+        settings,
+        'max_bounces',
+        'diffuse_bounces',
+        'glossy_bounces',
+        'transmission_bounces',
+        'transparent_bounces',
+    )
 
 
 def draw_whitted(layout: bpy.types.UILayout, settings: bpy.types.PropertyGroup) -> None:

@@ -7,12 +7,13 @@ Computes nothing itself: cotorra_native does. The surface's normal is +z.
 from __future__ import annotations
 
 import math
+from types import SimpleNamespace
 from typing import Any
 
 import cotorra_native
 import numpy as np
 from cotorra import choices
-from cotorra.export.buffers import MaterialModels, Materials
+from cotorra.export.buffers import MaterialModels
 from numpy.typing import NDArray
 
 F64 = NDArray[np.float64]
@@ -61,8 +62,8 @@ PRINCIPLED = ('base_color', 'metallic', 'roughness', 'ior')
 WHOLE = {*LISTS, 'normalized', 'toon_steps'}
 
 
-def material(settings: dict[str, Any]) -> Materials:
-    """One material, with its model."""
+def material(settings: dict[str, Any]) -> SimpleNamespace:
+    """One material, with its model, as the native module's laboratory takes it."""
     values = DEFAULTS | settings
     if len(values) > len(DEFAULTS):
         raise KeyError(f'no such setting: {sorted(values.keys() - DEFAULTS.keys())}')
@@ -73,17 +74,11 @@ def material(settings: dict[str, Any]) -> Materials:
             value = [identifier for identifier, _, _ in LISTS[name]].index(value)
         return np.array([value], np.uint32 if name in WHOLE else np.float32)
 
-    one = np.ones(1, np.float32)
-    whole = np.ones(1, np.uint32)
-    return Materials(
+    return SimpleNamespace(
         **{name: column(name) for name in PRINCIPLED},
-        specular_level=0.5 * one,
+        specular_level=np.full(1, 0.5, np.float32),
         specular_tint=np.ones((1, 3), np.float32),
-        emission=np.zeros((1, 3), np.float32),
-        alpha=one,
-        multi_ggx=whole,
-        pass_index=np.zeros(1, np.int32),
-        emission_sampling=whole,
+        multi_ggx=np.ones(1, np.uint32),
         models=MaterialModels(**{name: column(name) for name in DEFAULTS if name not in PRINCIPLED}),
     )
 

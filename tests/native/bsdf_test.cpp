@@ -32,8 +32,6 @@ vec3 prepare(const Inputs &in, std::size_t i, Bsdf &bsdf) {
 
 extern "C" {
 
-unsigned test_albedo_size() { return ALBEDO_SIZE; }
-
 void test_eval(const Inputs *in, const vec3 *wi, vec3 *diffuse, vec3 *glossy, float *pdf) {
   for (std::size_t i = 0; i < in->count; ++i) {
     Bsdf bsdf;

@@ -14,6 +14,7 @@
 #include <thread>
 #include <vector>
 
+#include "../../kernels/program/ops.h"
 #include "scene.h"
 #include "session.h"
 
@@ -64,16 +65,41 @@ struct Grid {
   static vec3 normalize_up(float u, float v) { return cotorra::normalize(vec3(u - 0.5f, v - 0.5f, 2.0f)); }
 };
 
+// A shader that is one Principled closure; where it is smooth, most of it is clear glass.
+struct ShaderArrays {
+  std::vector<uint> ops{OP_NORMAL}, modes{0};
+  std::vector<vec3> constants;
+  std::vector<ShaderInput::Closure> closures{{CLOSURE_PRINCIPLED, PRINCIPLED_MULTI_GGX, ~0, 0}};
+  std::vector<int> arguments;
+
+  ShaderArrays(vec3 color, float metal, float rough, vec3 emitted) {
+    constants = {vec3(1.0f),  vec3(0.0f),  color,
+                 vec3(metal), vec3(rough), vec3(1.5f),
+                 vec3(0.5f),  emitted,     vec3(rough == 0.0f ? 0.8f : 0.0f)};
+    arguments.assign(PRINCIPLED_ARGUMENTS, ~1);
+    for (const uint one : {PRINCIPLED_SPECULAR_TINT, PRINCIPLED_ALPHA}) arguments[one] = ~0;
+    for (const uint normal : {PRINCIPLED_NORMAL, PRINCIPLED_COAT_NORMAL}) arguments[normal] = 0;
+    arguments[PRINCIPLED_BASE] = ~2;
+    arguments[PRINCIPLED_METALLIC] = ~3;
+    arguments[PRINCIPLED_ROUGHNESS] = ~4;
+    arguments[PRINCIPLED_IOR] = ~5;
+    arguments[PRINCIPLED_SPECULAR_LEVEL] = ~6;
+    arguments[PRINCIPLED_EMISSION] = ~7;
+    arguments[PRINCIPLED_TRANSMISSION] = ~8;
+  }
+
+  ShaderInput input() const { return {"shader", ops, modes, {}, constants, closures, arguments, {}}; }
+};
+
 // The other arrays that SceneInput views; they may go away once the scene is made.
 struct Arrays {
   std::shared_ptr<Grid> grid = std::make_shared<Grid>();
   std::vector<uint> mesh, material_base, material_count, visibility;
   std::vector<float> transform, terminator;
   std::vector<int> pass_index, light_group;
-  std::vector<vec3> base_color, specular_tint, emission;
-  std::vector<float> metallic, roughness, ior, specular_level, alpha, transmission;
-  std::vector<uint> multi_ggx, emission_sampling, emission_sides, material_slots;
-  std::vector<int> material_index;
+  std::vector<ShaderArrays> shaders;
+  std::vector<uint> emission_sampling, material_slots;
+  std::vector<int> material_index, material_shader;
   std::vector<uint> light_type, soft_falloff, normalize, cast_shadow, use_mis, max_bounces, light_visibility;
   std::vector<vec3> strength;
   std::vector<float> light_transform, size, spot_size, spot_blend;
@@ -91,18 +117,9 @@ struct Arrays {
   }
 
   void add_material(vec3 color, float metal, float rough, vec3 emitted) {
-    base_color.push_back(color);
-    specular_tint.push_back(vec3(1.0f));
-    emission.push_back(emitted);
-    metallic.push_back(metal);
-    roughness.push_back(rough);
-    ior.push_back(1.5f);
-    specular_level.push_back(0.5f);
-    alpha.push_back(1.0f);
-    transmission.push_back(rough == 0.0f ? 0.8f : 0.0f);
-    multi_ggx.push_back(1);
+    material_shader.push_back(static_cast<int>(shaders.size()));
+    shaders.emplace_back(color, metal, rough, emitted);
     emission_sampling.push_back(1);
-    emission_sides.push_back(3);
     material_index.push_back(3);
   }
 
@@ -140,10 +157,8 @@ struct Arrays {
     empty.name = "empty";
     scene.meshes = {smooth, flat, empty};
     scene.instances = {mesh, transform, material_base, material_count, pass_index, visibility, light_group, terminator};
-    scene.materials = {base_color,     metallic,       roughness,         ior,
-                       specular_level, specular_tint,  emission,          alpha,
-                       multi_ggx,      material_index, emission_sampling, emission_sides};
-    scene.materials.transmission = transmission;
+    scene.materials = {material_index, emission_sampling, material_shader};
+    for (const ShaderArrays &shader : shaders) scene.programs.shaders.push_back(shader.input());
     scene.material_slots = material_slots;
     scene.lights = {light_type, strength,    light_transform, size,        spot_size,        spot_blend, soft_falloff,
                     normalize,  cast_shadow, use_mis,         max_bounces, light_visibility, lamp_group};
@@ -307,7 +322,10 @@ void test_refusals(const std::string &embree) {
   CHECK(refused([](Arrays &a) { a.mesh.back() = 99; }));
   CHECK(refused([](Arrays &a) { a.material_slots.back() = 99; }));
   CHECK(refused([](Arrays &a) { a.transform.pop_back(); }));
-  CHECK(refused([](Arrays &a) { a.roughness.pop_back(); }));
+  CHECK(refused([](Arrays &a) { a.material_shader.pop_back(); }));
+  CHECK(refused([](Arrays &a) { a.material_shader[0] = 7; }));
+  CHECK(refused([](Arrays &a) { a.shaders[0].arguments.pop_back(); }));
+  CHECK(refused([](Arrays &a) { a.shaders[0].constants.pop_back(); }));
   CHECK(refused([](Arrays &a) { a.light_transform.pop_back(); }));
   CHECK(throws<Cancelled>([&] {
     Arrays arrays = make_arrays();

@@ -1,0 +1,132 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What feeds an input of a node tree: in the tree that Blender inlines for engines, or in the tree as it was drawn.
+
+Blender 5 resolves groups, zones, menus and whatever else only hands on; elsewhere export/nodes.py does.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import NamedTuple, Protocol
+
+import bpy
+
+from .. import compat
+from ..export.nodes import Constant, Context, Input, Source, Trees, output_node, source
+
+Contexts = tuple[Context, ...]
+
+
+class Fed(NamedTuple):
+    """An output that has to be evaluated.
+
+    contexts: the way into its tree.
+    types:    of the sockets that its value passes, its own first.
+    """
+
+    node: bpy.types.Node
+    socket: bpy.types.NodeSocket
+    contexts: Contexts
+    types: tuple[str, ...]
+
+
+class Feeds(Protocol):
+    """A node tree with its output. Where `feeding` is None, an input's own value counts, or what it stands for."""
+
+    output: bpy.types.Node | None
+    tree: bpy.types.NodeTree
+
+    def feeding(self, socket: bpy.types.NodeSocket, contexts: Contexts) -> Fed | Constant | None: ...
+
+    def name(self, node: bpy.types.Node) -> str: ...
+
+
+@dataclass(slots=True)
+class InlinedFeeds:
+    """A tree without groups and muted nodes, as `inline_shader_nodes()` gives it; `owner` keeps it alive."""
+
+    owner: object
+    tree: bpy.types.NodeTree
+    output: bpy.types.Node
+    _links: dict[bpy.types.NodeSocket, bpy.types.NodeSocket] = field(init=False)
+
+    def __post_init__(self) -> None:
+        self._links = {link.to_socket: link.from_socket for link in self.tree.links if link.is_valid}
+
+    def feeding(self, socket: bpy.types.NodeSocket, contexts: Contexts) -> Fed | None:
+        output = self._links.get(socket)
+        return None if output is None else Fed(output.node, output, (), (output.type,))
+
+    def name(self, node: bpy.types.Node) -> str:
+        """The name that the user gave it, without the number that Blender puts before it."""
+        number, bar, name = node.name.partition('_')
+        return name if bar and number.isdecimal() else node.name
+
+
+@dataclass(slots=True)
+class DrawnFeeds:
+    """A tree as it was drawn, walked through groups, zones and muted nodes."""
+
+    trees: Trees
+    tree: bpy.types.NodeTree
+    output: bpy.types.Node | None
+
+    def feeding(self, socket: bpy.types.NodeSocket, contexts: Contexts) -> Fed | Constant | None:
+        found = source(self.trees, Input(socket, contexts))
+        if isinstance(found, Source):
+            return Fed(found.node, found.output, found.contexts, found.through)
+        return found if isinstance(found, Constant) else None
+
+    def name(self, node: bpy.types.Node) -> str:
+        return node.name
+
+
+# More nodes than anyone draws, groups within groups counted as often as they are used.
+NODES_MAX = 1_000_000
+
+
+def node_count(tree: bpy.types.NodeTree, known: dict[bpy.types.NodeTree, int] | None = None) -> int:
+    """How many nodes a tree has with those of its groups, of which each use counts."""
+    known = {} if known is None else known
+    waiting = [tree]
+    while waiting:
+        at = waiting[-1]
+        inner = [node.node_tree for node in at.nodes if node.type == 'GROUP' and node.node_tree is not None]
+        unknown = [one for one in inner if one not in known and one not in waiting]
+        if unknown:
+            waiting += unknown
+        else:
+            known[at] = len(at.nodes) + sum(known.get(one, 0) for one in inner)
+            waiting.pop()
+    return known[tree]
+
+
+def _trees_within(tree: bpy.types.NodeTree, trees: Trees) -> dict[bpy.types.NodeTree, None]:
+    """A tree and those of its groups, each once; groups that their library lacks are named."""
+    met, waiting = {tree: None}, [tree]
+    while waiting:
+        for node in waiting.pop().nodes:
+            inner = node.node_tree if node.type == 'GROUP' else None
+            if inner is None:
+                continue
+            if inner.original.is_missing:
+                trees.warn(f'node "{node.name}": group "{inner.name}" is missing from its library: 0 is used')
+            if inner not in met:
+                met[inner] = None
+                waiting.append(inner)
+    return met
+
+
+def feeds_of(owner: bpy.types.ID, tree: bpy.types.NodeTree, trees: Trees) -> Feeds:
+    """The tree of a material, world or light, inlined where this Blender can do so.
+
+    A tree with a loop is walked, which names the loop: Blender inlines it to nothing, and never comes back from one
+    within a group (5.2.3).
+    """
+    loops = [met for met in _trees_within(tree, trees) if trees.has_loop(met)]
+    inlined = None if loops else compat.inlined(owner)
+    if inlined is not None:
+        output = output_node(inlined.node_tree)
+        if output is not None:
+            return InlinedFeeds(inlined, inlined.node_tree, output)
+    return DrawnFeeds(trees, tree, output_node(tree))

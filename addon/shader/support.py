@@ -1,0 +1,51 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What shaders are not made of: nodes that are not read, and nodes that the nearest stands in for, each with why.
+
+The README quotes it. Nodes that are read have a function in nodes_*.py, bump.py or closures.py.
+"""
+
+from __future__ import annotations
+
+# Nodes that are no part of what is shown, or are resolved before reading.
+STRUCTURE = frozenset(
+    (
+        'ShaderNodeAddShader',
+        'ShaderNodeMixShader',
+        'ShaderNodeGroup',
+        'ShaderNodeOutputLight',
+        'ShaderNodeOutputMaterial',
+        'ShaderNodeOutputWorld',
+    )
+)
+
+# What is not read, and why. Where Cycles does not render a node either, an input that it feeds keeps its own value,
+# as in Cycles.
+AS_CYCLES = 'Cycles does not render it either'
+NOT_SUPPORTED = {
+    'ShaderNodeCustomGroup': 'nodes that other add-ons define are not supported',
+    'ShaderNodeEeveeSpecular': AS_CYCLES,
+    'ShaderNodeOutputAOV': 'passes of shaders are not supported yet',
+    'ShaderNodeOutputLineStyle': AS_CYCLES,
+    'ShaderNodeRaycast': 'rays of shaders are not supported yet',
+    'ShaderNodeScript': 'scripts (OSL) are not supported',
+    'ShaderNodeShaderToRGB': AS_CYCLES,
+    'ShaderNodeSqueeze': AS_CYCLES,
+    'ShaderNodeTexIES': 'IES textures are not supported yet',
+    'ShaderNodeTexPointDensity': 'point density is not supported',
+    'ShaderNodeTexSky': 'skies are not supported yet',
+    'ShaderNodeUVAlongStroke': AS_CYCLES,
+    'ShaderNodeVolumeAbsorption': 'volumes are not supported yet',
+    'ShaderNodeVolumeCoefficients': 'volumes are not supported yet',
+    'ShaderNodeVolumePrincipled': 'volumes are not supported yet',
+    'ShaderNodeVolumeScatter': 'volumes are not supported yet',
+}
+
+# What something else is shown for, which a message says.
+NEAREST = {
+    'ShaderNodeAmbientOcclusion': 'ambient occlusion in shaders is not supported yet: nothing is occluded',
+    'ShaderNodeBevel': 'bevels are not supported yet: edges stay sharp',
+    'ShaderNodeBsdfHair': 'hair shaders are not supported yet: it is diffuse',
+    'ShaderNodeBsdfHairPrincipled': 'hair shaders are not supported yet: it is diffuse',
+    'ShaderNodeBsdfRayPortal': 'ray portals are not supported yet: it is clear',
+    'ShaderNodeSubsurfaceScattering': 'subsurface scattering is not supported yet: it is diffuse',
+}

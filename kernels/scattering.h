@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// What a surface scatters at a vertex of a path: a Bsdf of bsdf.h, or, where one is set, the Lobe that was picked of
+// it. Which rays see which part, and where they start, is decided here for both; light and paths are integrator.h's.
+#ifndef COTORRA_SCATTERING_H
+#define COTORRA_SCATTERING_H
+
+#include "closure/principled.h"
+#include "surface.h"
+
+#ifdef __cplusplus
+namespace cotorra {
+#endif
+
+FN bool has_lobe(IN(Lobe) lobe) { return FEATURE(FEATURE_LOBES) && lobe.kind != LOBE_NONE; }
+
+// Does light from behind the surface reach the viewer?
+FN bool scatters_through(IN(Lobe) lobe) { return has_lobe(lobe) && lobe_transmits(lobe); }
+
+FN bool lobe_is_diffuse(IN(Lobe) l) {
+  return l.kind == LOBE_DIFFUSE || l.kind == LOBE_TRANSLUCENT || l.kind == LOBE_SHEEN || l.kind == LOBE_VELVET ||
+         l.kind == LOBE_TOON_DIFFUSE;
+}
+
+// The kind of ray that leaves the lobe toward wi.
+FN uint lobe_ray_kind(IN(Lobe) l, vec3 wi) {
+  if (lobe_transmits(l) && dot(l.n, wi) < 0.0f) return VISIBLE_TRANSMISSION;
+  return lobe_is_diffuse(l) ? VISIBLE_DIFFUSE : VISIBLE_GLOSSY;
+}
+
+// What a bent normal leaves of light from wi (Cycles): nothing where it and the smooth one disagree whether wi lies in
+// front; of diffuse lobes, what bump_shadowing leaves.
+FN float lobe_bump_shadowing(IN(Bsdf) bsdf, IN(Lobe) l, vec3 wi) {
+  if (!FEATURE(FEATURE_PROGRAMS)) return 1.0f;
+  const float side = dot(bsdf.n_smooth, wi) * dot(bsdf.n_smooth, l.n) * dot(l.n, wi);
+  if (side < 0.0f) return 0.0f;
+  return lobe_is_diffuse(l) && l.kind != LOBE_TRANSLUCENT ? bump_shadowing(bsdf, wi) : 1.0f;
+}
+
+// f cos toward wi, without the lobes that the light is hidden from; pdf is that of rays that see the light.
+FN vec3 visible_bsdf(IN(Bsdf) bsdf, vec3 wo, vec3 wi, uint visibility, OUT(float) pdf) {
+  vec3 glossy;
+  float all;
+  const vec3 diffuse = bsdf_eval_lobes(bsdf, wo, wi, glossy, all);
+  const bool to_diffuse = (visibility & VISIBLE_DIFFUSE) != 0u;
+  const bool to_glossy = (visibility & VISIBLE_GLOSSY) != 0u;
+  const float part = min(bsdf_diffuse_pdf(bsdf, wi), all);
+  pdf = select(to_diffuse, select(to_glossy, all, part), select(to_glossy, all - part, 0.0f));
+  return select(to_diffuse, diffuse, vec3(0.0f)) + select(to_glossy, glossy, vec3(0.0f));
+}
+
+// The same of a Lobe where there is one.
+FN vec3 visible_scattering(IN(SceneData) scene, IN(Bsdf) bsdf, IN(Lobe) lobe, vec3 wo, vec3 wi, uint visibility,
+                           OUT(float) pdf) {
+  if (!has_lobe(lobe)) return visible_bsdf(bsdf, wo, wi, visibility, pdf);
+  pdf = 0.0f;
+  if ((visibility & lobe_ray_kind(lobe, wi)) == 0u) return vec3(0.0f);
+  return lobe_eval(scene.albedo, lobe, wo, wi, pdf) * lobe_bump_shadowing(bsdf, lobe, wi);
+}
+
+// A direction. Highlights of lobes meet lamps themselves: how sharp they are is not known beforehand.
+FN void scattering_sample(IN(SceneData) scene, IN(Bsdf) bsdf, IN(Lobe) lobe, vec3 wo, float u_lobe, vec2 u,
+                          OUT(BsdfSample) s) {
+  if (!has_lobe(lobe)) {
+    bsdf_sample(bsdf, wo, u_lobe, u, s);
+    return;
+  }
+  lobe_sample(scene.albedo, lobe, wo, u_lobe, u, s);
+  s.weight *= lobe_bump_shadowing(bsdf, lobe, s.wi);
+  if (!lobe_is_diffuse(lobe)) s.lobe |= BSDF_SHARP;
+}
+
+#ifdef __cplusplus
+}  // namespace cotorra
+#endif
+
+#endif

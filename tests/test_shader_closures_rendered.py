@@ -1,0 +1,266 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A sphere of each BSDF node, of Principled with each of its layers and of sums of them, beside the pictures of Cycles.
+
+What each node's values are is test_ops_cycles.py's, and what a closure does by itself test_closures_cycles.py's.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import bpy
+import numpy as np
+import pytest
+from cotorra import compat, stats
+from mathutils import Vector
+
+from flat_scenes import node
+from render_calls import read_exr
+from scenes import build
+
+sys.path.insert(0, str(Path(__file__).resolve().parent.parent / 'scripts'))
+from benchmark.fair import make_fair, set_job
+from metrics import Reference, same_image
+
+pytestmark = [
+    pytest.mark.usefixtures('engine'),
+    pytest.mark.skipif(bpy.app.version < (5, 0, 0), reason='the nodes are those of Blender 5.2'),
+]
+
+SIZE = (64, 48)
+TILE = 8
+SAMPLES = 96  # of each half
+BOUNCES = 6
+# What a tile and the whole may differ by beside noise.
+LIMIT = 0.03
+TOTAL = 0.01
+
+Surface = Callable[[bpy.types.NodeTree], bpy.types.NodeSocket]
+
+
+def bsdf(kind: str, **values: object) -> Surface:
+    """A node alone: `values` are properties of it or, by their names, inputs."""
+
+    def made(tree: bpy.types.NodeTree) -> bpy.types.NodeSocket:
+        found = node(tree, kind)
+        for name, value in values.items():
+            if name[0].islower():
+                setattr(found, name, value)
+            else:
+                found.inputs[name.replace('_', ' ')].default_value = value
+        return found.outputs[0]
+
+    return made
+
+
+def principled(**values: object) -> Surface:
+    return bsdf('BsdfPrincipled', **{'Base_Color': (0.7, 0.3, 0.2, 1.0), **values})
+
+
+def mix(factor: Surface | float, first: Surface, second: Surface) -> Surface:
+    def made(tree: bpy.types.NodeTree) -> bpy.types.NodeSocket:
+        found = node(tree, 'MixShader')
+        if callable(factor):
+            tree.links.new(factor(tree), found.inputs[0])
+        else:
+            found.inputs[0].default_value = factor
+        tree.links.new(first(tree), found.inputs[1])
+        tree.links.new(second(tree), found.inputs[2])
+        return found.outputs[0]
+
+    return made
+
+
+def add(first: Surface, second: Surface) -> Surface:
+    def made(tree: bpy.types.NodeTree) -> bpy.types.NodeSocket:
+        found = node(tree, 'AddShader')
+        tree.links.new(first(tree), found.inputs[0])
+        tree.links.new(second(tree), found.inputs[1])
+        return found.outputs[0]
+
+    return made
+
+
+def waves(tree: bpy.types.NodeTree, scale: float) -> bpy.types.NodeSocket:
+    found = node(tree, 'TexWave')
+    found.inputs['Scale'].default_value = scale
+    tree.links.new(node(tree, 'TexCoord').outputs['Object'], found.inputs['Vector'])
+    return found.outputs['Fac']
+
+
+def bumped(scale: float, kind: str, **values: object) -> Surface:
+    """A node whose normal is bent by waves."""
+
+    def made(tree: bpy.types.NodeTree) -> bpy.types.NodeSocket:
+        socket = bsdf(kind, **values)(tree)
+        bump = node(tree, 'Bump')
+        bump.inputs['Distance'].default_value = 0.02
+        tree.links.new(waves(tree, scale), bump.inputs['Height'])
+        tree.links.new(bump.outputs['Normal'], socket.node.inputs['Normal'])
+        return socket
+
+    return made
+
+
+def displaced(scale: float, height: float, surface: Surface) -> Surface:
+    """A surface that waves displace, which is a bump map of its own."""
+
+    def made(tree: bpy.types.NodeTree) -> bpy.types.NodeSocket:
+        displacement = node(tree, 'Displacement')
+        displacement.inputs['Scale'].default_value = height
+        tree.links.new(waves(tree, scale), displacement.inputs['Height'])
+        output = tree.get_output_node('CYCLES')
+        tree.links.new(displacement.outputs['Displacement'], output.inputs['Displacement'])
+        return surface(tree)
+
+    return made
+
+
+def backfacing(tree: bpy.types.NodeTree) -> bpy.types.NodeSocket:
+    return node(tree, 'NewGeometry').outputs['Backfacing']
+
+
+BLUE = (0.1, 0.3, 0.8, 1.0)
+DIFFUSE = bsdf('BsdfDiffuse', Color=BLUE)
+GLOSSY = bsdf('BsdfAnisotropic', Roughness=0.2)
+RED_GLASS = (0.9, 0.2, 0.1, 1.0)
+
+SURFACES: dict[str, Surface] = {
+    'diffuse': DIFFUSE,
+    'diffuse, rough': bsdf('BsdfDiffuse', Roughness=0.7),
+    'translucent': bsdf('BsdfTranslucent'),
+    'glossy': bsdf('BsdfAnisotropic', Roughness=0.3),
+    'glossy, GGX': bsdf('BsdfAnisotropic', distribution='GGX', Roughness=0.6),
+    'glossy, Beckmann': bsdf('BsdfAnisotropic', distribution='BECKMANN', Roughness=0.3),
+    'glossy, Ashikhmin-Shirley': bsdf('BsdfAnisotropic', distribution='ASHIKHMIN_SHIRLEY', Roughness=0.3),
+    'glossy, anisotropic': bsdf('BsdfAnisotropic', Roughness=0.4, Anisotropy=0.7, Rotation=0.1),
+    'glass, smooth': bsdf('BsdfGlass', Roughness=0.0),
+    'glass, rough': bsdf('BsdfGlass', Roughness=0.4),
+    'glass, film': bsdf('BsdfGlass', Roughness=0.2, Thin_Film_Thickness=400.0),
+    'refraction': bsdf('BsdfRefraction', Roughness=0.3),
+    'metallic': bsdf('BsdfMetallic', Roughness=0.4),
+    'metallic, physical': bsdf('BsdfMetallic', fresnel_type='PHYSICAL_CONDUCTOR', Roughness=0.4),
+    'sheen': bsdf('BsdfSheen'),
+    'sheen, Ashikhmin': bsdf('BsdfSheen', distribution='ASHIKHMIN'),
+    'toon': bsdf('BsdfToon', Smooth=0.2),
+    'toon, glossy': bsdf('BsdfToon', component='GLOSSY', Smooth=0.2),
+    'transparent, red': bsdf('BsdfTransparent', Color=RED_GLASS),
+    'principled': principled(),
+    'principled, coat': principled(Coat_Weight=1.0, Coat_Tint=(1.0, 0.8, 0.5, 1.0)),
+    'principled, sheen': principled(Sheen_Weight=1.0),
+    'principled, transmission': principled(Transmission_Weight=1.0),
+    'principled, half transmission': principled(Transmission_Weight=0.5, Roughness=0.2),
+    'principled, thin wall': principled(Transmission_Weight=0.6, Subsurface_Weight=0.5, Thin_Wall=True),
+    'principled, anisotropic': principled(Metallic=1.0, Anisotropic=0.8),
+    'principled, film': principled(Thin_Film_Thickness=400.0),
+    'principled, diffuse roughness': principled(Diffuse_Roughness=1.0),
+    'principled, alpha': principled(Alpha=0.5),
+    'principled, emission': principled(Emission_Strength=1.0, Coat_Weight=1.0, Coat_Tint=(1.0, 0.5, 0.2, 1.0)),
+    'mix': mix(0.4, DIFFUSE, bsdf('BsdfGlass', Roughness=0.2)),
+    'mix by Fresnel': mix(bsdf('Fresnel'), DIFFUSE, GLOSSY),
+    'mix by Layer Weight': mix(bsdf('LayerWeight', Blend=0.4), principled(), bsdf('BsdfSheen')),
+    'mix by backfacing': mix(backfacing, bsdf('BsdfTransparent', Color=RED_GLASS), DIFFUSE),
+    'bump, fine': bumped(150.0, 'BsdfDiffuse', Color=BLUE),
+    'displacement, fine': displaced(150.0, 0.02, GLOSSY),
+    'displacement, steep': displaced(3.0, 1.0, DIFFUSE),
+    'displacement, steep, of cloth': displaced(3.0, 1.0, bsdf('BsdfSheen', distribution='ASHIKHMIN')),
+    'add': add(DIFFUSE, bsdf('Emission', Color=RED_GLASS, Strength=0.5)),
+    'add of glossy and transparent': add(bsdf('BsdfAnisotropic', Color=BLUE, Roughness=0.4), bsdf('BsdfTransparent')),
+}
+
+
+def sky_of_gradient(tree: bpy.types.NodeTree) -> bpy.types.NodeSocket:
+    ramp, place = node(tree, 'TexGradient'), node(tree, 'TexCoord')
+    turned = node(tree, 'Mapping')
+    turned.inputs['Rotation'].default_value = (0.0, 1.2, 0.3)
+    tree.links.new(place.outputs['Generated'], turned.inputs[0])
+    tree.links.new(turned.outputs[0], ramp.inputs[0])
+    return ramp.outputs['Color']
+
+
+def sky_of_image(tree: bpy.types.NodeTree) -> bpy.types.NodeSocket:
+    """A few soft clouds, 32 by 16 texels."""
+    image = bpy.data.images.new('Sky', 32, 16, float_buffer=True)
+    x, y = np.meshgrid(np.arange(32) / 32, np.arange(16) / 16)
+    pixels = np.ones((16, 32, 4), np.float32)
+    for channel, turns in enumerate((1, 2, 3)):
+        pixels[..., channel] = 0.6 + 0.4 * np.sin(2 * np.pi * (turns * x + 0.2 * channel)) * np.sin(np.pi * y)
+    image.pixels.foreach_set(pixels.ravel())
+    return node(tree, 'TexEnvironment', image=image).outputs['Color']
+
+
+SKIES: dict[str, Surface] = {'gradient': sky_of_gradient, 'image': sky_of_image}
+
+
+def scene_of(surface: Surface, sky: Surface | None = None) -> bpy.types.Scene:
+    """A sphere of the surface over an ochre floor, in a soft sun and a grey or other sky."""
+    scene = build.new_scene()
+    scene.world = bpy.data.worlds.new('World')
+    background = compat.background(scene.world)
+    background.inputs['Color'].default_value = (0.5, 0.5, 0.5, 1.0)
+    if sky is not None:
+        tree = scene.world.node_tree
+        tree.links.new(sky(tree), background.inputs['Color'])
+
+    floor = build.mesh_object(scene, 'Floor', vertices=[(-6, -6, 0), (6, -6, 0), (6, 6, 0), (-6, 6, 0)])
+    floor.data.materials.append(bpy.data.materials.new('Floor'))
+    ground = compat.principled(floor.data.materials[0])
+    ground.inputs['Base Color'].default_value, ground.inputs['Roughness'].default_value = (0.6, 0.5, 0.3, 1.0), 1.0
+
+    bpy.ops.mesh.primitive_uv_sphere_add(segments=32, ring_count=16, location=(0, 0, 1.2))
+    sphere = bpy.context.object
+    sphere.data.shade_smooth()
+    material = bpy.data.materials.new('Surface')
+    compat.principled(material)
+    tree = material.node_tree
+    tree.nodes.clear()
+    output = node(tree, 'OutputMaterial')
+    tree.links.new(surface(tree), output.inputs['Surface'])
+    sphere.data.materials.append(material)
+
+    build.light(scene, 'SUN', energy=2.0, angle=0.3).rotation_euler = (0.6, 0.3, 0.0)
+    camera = build.camera(scene)
+    camera.location = (0, -5, 2.5)
+    camera.rotation_euler = (Vector((0, 0, 1)) - camera.location).to_track_quat('-Z', 'Y').to_euler()
+    return scene
+
+
+def picture(scene: bpy.types.Scene, engine: str, folder: Path) -> Reference:
+    make_fair(scene, engine, BOUNCES, SIZE, threads=2)
+    halves = []
+    for seed in (1, 2):
+        path = folder / f'{engine}{seed}.exr'
+        set_job(scene, SAMPLES, seed, str(path))
+        bpy.ops.render.render(write_still=True)
+        channels = read_exr(path)['']
+        halves.append(np.stack([channels[name] for name in 'RGB'], axis=-1))
+    return Reference.from_halves(*halves)
+
+
+def assert_as_cycles(scene: bpy.types.Scene, folder: Path) -> None:
+    ours = picture(scene, 'COTORRA', folder)
+    warnings = [text for layer in stats.last(scene.name) for text in layer.warnings]
+    theirs = picture(scene, 'CYCLES', folder)
+    same = same_image(ours, theirs, LIMIT, TILE)
+    told = f'in total {same.total:+.4f} ± {same.total_noise:.4f}, worst tile {same.worst}, noise {same.noise:.4f}'
+    assert not warnings
+    assert same.bad == 0, told
+    assert same.beyond_noise == 0, f'{told}\n{np.round(100 * same.tiles).astype(int)} %'
+    assert abs(same.total) <= TOTAL + 3 * same.total_noise, told
+
+
+# Sheen alone is 19 % brighter than that of Cycles where it faces the viewer. That its fit to the table of Cycles is the
+# cause was not measured yet.
+KNOWN = {'sheen': pytest.mark.xfail(strict=True, reason='two tiles that face the viewer are 19 % too bright')}
+
+
+@pytest.mark.parametrize('name', [pytest.param(name, marks=KNOWN.get(name, ())) for name in SURFACES])
+def test_a_surface_is_as_cycles_shows_it(name: str, tmp_path: Path) -> None:
+    assert_as_cycles(scene_of(SURFACES[name]), tmp_path)
+
+
+@pytest.mark.parametrize('name', SKIES)
+def test_a_world_with_nodes_is_as_cycles_shows_it(name: str, tmp_path: Path) -> None:
+    assert_as_cycles(scene_of(DIFFUSE, SKIES[name]), tmp_path)
