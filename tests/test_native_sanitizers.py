@@ -73,7 +73,7 @@ def generated() -> Path:
 
 def kernel_flags(level: int, generated: Path, sanitizers: tuple[str, ...]) -> list[str]:
     """Flags for one build of the kernels. Level 2 traces packets of 4 rays, level 3 of 8 (x86-64-v2 and -v3)."""
-    flags = ['-O1', *sanitizers, '-fno-omit-frame-pointer', f'-march=x86-64-v{level}', f'-iquote{generated}']
+    flags = ['-O1', '-g1', *sanitizers, '-fno-omit-frame-pointer', f'-march=x86-64-v{level}', f'-iquote{generated}']
     flags += [f'-DCOTORRA_KERNEL_LEVEL={level}', f'-DCOTORRA_KERNEL_FEATURES={ALL_FEATURES}u']
     return [
         *flags,
