@@ -7,11 +7,7 @@
 #include <array>
 #include <memory>
 
-namespace cotorra {
-namespace {
-constexpr std::uint32_t KERNEL_FEATURES = ~0u;
-}
-}  // namespace cotorra
+#include "every_feature.h"
 
 #include "../kernels/program/program.h"
 #include "cpu_ops.h"

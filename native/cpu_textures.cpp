@@ -5,11 +5,7 @@
 #include <cstdint>
 #include <functional>
 
-namespace cotorra {
-namespace {
-constexpr std::uint32_t KERNEL_FEATURES = ~0u;
-}
-}  // namespace cotorra
+#include "every_feature.h"
 
 #define PROGRAM_LANES  // inner loops of a few rounds are unrolled
 

@@ -11,11 +11,7 @@
 #include "python_models.h"
 #include "scene.h"
 
-namespace cotorra {
-namespace {
-constexpr uint KERNEL_FEATURES = ~0u;
-}
-}  // namespace cotorra
+#include "every_feature.h"
 
 #include "../kernels/bsdf_terms.h"
 

@@ -6,11 +6,7 @@
 
 #include "program_graph.h"
 
-namespace cotorra {
-namespace {
-constexpr uint KERNEL_FEATURES = ~0u;
-}
-}  // namespace cotorra
+#include "every_feature.h"
 
 #include "../kernels/program/program.h"
 

@@ -10,11 +10,7 @@
 #include "cpu_kernel.h"
 #include "scene.h"
 
-namespace cotorra {
-namespace {
-constexpr uint KERNEL_FEATURES = ~0u;
-}
-}  // namespace cotorra
+#include "every_feature.h"
 
 #include "../kernels/integrator.h"
 #include "cpu_program.h"

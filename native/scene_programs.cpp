@@ -8,13 +8,7 @@
 
 #include "scene.h"
 
-namespace cotorra {
-namespace {
-
-constexpr uint KERNEL_FEATURES = ~0u;
-
-}
-}  // namespace cotorra
+#include "every_feature.h"
 
 #include "../kernels/integrator.h"
 

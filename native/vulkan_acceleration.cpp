@@ -11,11 +11,7 @@
 
 #include "scene.h"
 
-namespace cotorra {
-namespace {
-constexpr std::uint32_t KERNEL_FEATURES = ~0u;
-}
-}  // namespace cotorra
+#include "every_feature.h"
 
 #include "../kernels/wavefront.h"
 

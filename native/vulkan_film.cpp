@@ -6,11 +6,7 @@
 #include <algorithm>
 #include <cstring>
 
-namespace cotorra {
-namespace {
-constexpr std::uint32_t KERNEL_FEATURES = ~0u;
-}
-}  // namespace cotorra
+#include "every_feature.h"
 
 #include "../kernels/wavefront.h"
 

@@ -16,11 +16,7 @@
 #include "vulkan_scene.h"
 #include "wide_bvh.h"
 
-namespace cotorra {
-namespace {
-constexpr std::uint32_t KERNEL_FEATURES = ~0u;
-}
-}  // namespace cotorra
+#include "every_feature.h"
 
 #include "../kernels/wavefront.h"
 

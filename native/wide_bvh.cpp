@@ -14,11 +14,7 @@
 #include "binary_tree.h"
 #include "scene.h"
 
-namespace cotorra {
-namespace {
-constexpr uint KERNEL_FEATURES = ~0u;
-}
-}  // namespace cotorra
+#include "every_feature.h"
 
 #include "../kernels/bvh.h"
 

@@ -60,7 +60,7 @@ def lavapipe() -> Any:
 
     runner = vulkan.open_lavapipe()
     if isinstance(runner, str):
-        pytest.skip(runner)
+        pytest.skip(runner)  # the text says why there is none, and what to install
     return runner
 
 

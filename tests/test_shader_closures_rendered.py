@@ -253,6 +253,8 @@ def assert_as_cycles(scene: bpy.types.Scene, folder: Path) -> None:
 
 # Sheen alone is 19 % brighter than that of Cycles where it faces the viewer. That its fit to the table of Cycles is the
 # cause was not measured yet.
+# A fault of ours that is not understood: most tiles of microfiber sheen are within 2 % of Cycles'. Strict, so that the
+# row fails once it is mended.
 KNOWN = {'sheen': pytest.mark.xfail(strict=True, reason='two tiles that face the viewer are 19 % too bright')}
 
 
