@@ -4,8 +4,7 @@
 #ifndef COTORRA_ALPHA_H
 #define COTORRA_ALPHA_H
 
-#include "material.h"
-#include "sampling.h"
+#include "integrator.h"
 
 #ifdef __cplusplus
 namespace cotorra {
@@ -37,6 +36,13 @@ FN float hit_alpha(IN(SceneData) scene, IN(Hit) hit, vec3 direction, uint ray_ki
 // in which surfaces are met, nor on how often one is asked.
 FN float alpha_number(uint random, uint bounce, uint block_seed, uint instance, uint triangle) {
   return sampler_pair(random, hash_combine(hash_combine(block_seed, ~bounce), hash_combine(instance, triangle))).x;
+}
+
+// Does the surface let a path's ray through? At random, in proportion to what it keeps.
+FN bool lets_through(IN(SceneData) scene, IN(Hit) hit, vec3 direction, IN(PathState) path, uint block_seed) {
+  const float alpha = hit_alpha(scene, hit, direction, path.ray_kind);
+  if (alpha >= 1.0f) return false;
+  return alpha_number(path.random, path.bounce, block_seed, hit.instance, hit.triangle) >= alpha;
 }
 
 #ifdef __cplusplus

@@ -16,6 +16,19 @@ struct FilmPixel {
   float alpha;
 };
 
+// What passes are told of the first surface that a sample met.
+struct FirstSurface {
+  vec3 position;
+  float depth;
+  vec3 normal;
+  float uv_coverage;
+  vec3 diffuse_color;
+  float object_index;
+  vec2 uv;
+  float material_index;
+  float distance2;  // of the sample to its pixel's centre, pixels squared
+};
+
 // What a sample may add to a sum. One that is infinite or not a number would spoil the pixel for good: it counts as 0.
 FN float film_number(float value) { return select(abs(value) < INFINITE_DISTANCE, value, 0.0f); }
 FN vec3 film_vector(vec3 value) {

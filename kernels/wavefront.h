@@ -1,17 +1,18 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The memory of a wavefront on a GPU: what the stages (*.comp) hand to each other, by lane; and what a dispatch is
-// told. One lane is one sample of one pixel. What a stage does is written in the stages and in integrator.h.
+// The memory of a wavefront on a GPU: what the stages (entry/vulkan/*.comp) hand to each other, by lane; and what a
+// dispatch is told. One lane is one sample of one pixel. What a stage does is written in the stages and in
+// integrator.h.
 #ifndef COTORRA_WAVEFRONT_H
 #define COTORRA_WAVEFRONT_H
 
 #include "bvh.h"
-#include "camera.h"
 #include "film.h"
-#include "integrator.h"
+#include "job.h"
 #include "lamp_terms.h"
 #include "occlusion.h"
 #include "outline.h"
 #include "toon.h"
+#include "whitted.h"
 
 #ifdef __cplusplus
 namespace cotorra {
@@ -31,17 +32,6 @@ const uint WAVE_BOUNCE_RAYS = 12u;
 const uint WAVE_SHADOW_RAYS = 13u;
 const uint WAVE_REJECTED = 14u;
 const uint WAVE_COUNTERS = 16u;
-
-const uint WAVE_TRANSPARENT = 1u;           // RenderJob's flags
-const uint WAVE_CAMERA_MEETS_LIGHTS = 2u;
-const uint WAVE_LAST_RAYS_FIND_LIGHT = 4u;
-const uint WAVE_ALL_LIGHTS = 8u;            // every lamp is sampled at each vertex
-const uint WAVE_TRANSPARENT_SHADOWS = 16u;  // Whitted: shadow rays see through glass
-const uint WAVE_OCCLUSION_PICTURE = 32u;    // what is seen of the sky is the picture
-const uint WAVE_OCCLUSION_PASS = 64u;
-const uint WAVE_AMBIENT = 128u;             // surfaces return ambient light
-const uint WAVE_AMBIENT_OCCLUDED = 256u;    // as much as they see of the sky
-const uint WAVE_TERMS_PASS = 512u;
 
 // What ShadowRay.t_max says once a light sample is done: the share of it that arrives, or that there is none; and what
 // Hit.t says of a ray that crossed more transparent surfaces than it may.
@@ -89,14 +79,6 @@ struct WaveTree {
   uint medium;   // material that the ray under way runs inside of, INVALID_ID: none that absorbs
 };
 
-struct WavePending {
-  PathState path;
-  vec3 origin;
-  uint medium;
-  vec3 direction;
-  uint unused;
-};
-
 // The terms of the first surface's highlight; of a pixel: sums over its samples.
 struct WaveTerms {
   float d;
@@ -125,7 +107,7 @@ BUFFER_RW(ShadowRay, ShadowRayRwBuffer)
 BUFFER_RW(WaveSample, WaveSampleRwBuffer)
 BUFFER_RW(WaveRecord, WaveRecordRwBuffer)
 BUFFER_RW(WaveTree, WaveTreeRwBuffer)
-BUFFER_RW(WavePending, WavePendingRwBuffer)
+BUFFER_RW(PendingRay, PendingRayRwBuffer)
 BUFFER_RW(WaveTerms, WaveTermsRwBuffer)
 BUFFER_RW(OutlinePoint, OutlinePointRwBuffer)
 BUFFER_RW(OutlineSums, OutlineSumsRwBuffer)
@@ -159,7 +141,7 @@ struct WaveData {
   WaveRecordRwBuffer records;
   Vec3RwBuffer groups;
   WaveTreeRwBuffer trees;
-  WavePendingRwBuffer pending;
+  PendingRayRwBuffer pending;
   Vec3RwBuffer lamps;
   WaveTermsRwBuffer terms;
   Vec3RwBuffer base_colors;  // Toon
@@ -175,23 +157,10 @@ struct WaveData {
   Vec3RwBuffer film_groups;
   Vec3RwBuffer film_lamps;
   WaveTermsRwBuffer film_terms;
-  CameraData camera;
-  IntegratorData integrator;
+  JobData job;
   uint lanes;  // there are
   uint sample_bits;
-  uint flags;  // WAVE_*
-  uint light_groups;
   uint adaptive;  // film_odd is kept
-  uint lamp_passes;  // passes of single lamps
-  uint whitted_depth;
-  float whitted_threshold;
-  vec3 ambient;
-  float occlusion_distance;
-  vec3 outline_color;
-  uint outlines;     // OUTLINE_*, 0: none are drawn
-  float outline_x;   // half of a line's width, pixels
-  float outline_y;
-  float rows;        // of the whole picture, pixels
 };
 BUFFER_RW(WaveData, WaveDataBuffer)
 
@@ -205,15 +174,15 @@ struct WavePush {
   uint bounce;
   uint light_slots;  // shadow rays that a lane may send to lights at this vertex
   uint sky_slot;     // place of the one that it sends to the sky, INVALID_ID: none
-  uint queue;        // wave_prepare.comp: which is to be dispatched over
-  uint outline_ray;  // wave_outline.comp: which has been traced
+  uint queue;        // prepare.comp: which is to be dispatched over
+  uint outline_ray;  // outline.comp: which has been traced
   uint unused;
 };
 
 #ifdef __cplusplus
 static_assert(sizeof(WavePixel) == 16 && sizeof(WaveSample) == 24 && sizeof(WaveRecord) == 104 &&
-              sizeof(WaveTree) == 8 && sizeof(WavePending) == 116 && sizeof(WaveTerms) == 20 &&
-              sizeof(WavePush) == 48 && sizeof(TracedGeometry) == 8);
+              sizeof(WaveTree) == 8 && sizeof(WaveTerms) == 20 && sizeof(WavePush) == 48 &&
+              sizeof(TracedGeometry) == 8);
 }  // namespace cotorra
 #endif
 

@@ -22,6 +22,15 @@ struct WhittedChildren {
   vec3 transmitted_weight;
 };
 
+// One of them, while it waits for its turn.
+struct PendingRay {
+  PathState path;
+  vec3 origin;
+  uint medium;  // material that it runs inside of, INVALID_ID: none that absorbs
+  vec3 direction;
+  uint slot;  // the sample that it belongs to
+};
+
 // Snell: wo refracted at a surface with normal n, eta = far side over near side. False where all is reflected: from the
 // critical angle on, eta^2 - sin^2 <= 0. With eta = 1 the direction is exactly -wo.
 FN bool refract_snell(vec3 wo, vec3 n, float eta, OUT(vec3) wi) {

@@ -23,7 +23,7 @@ struct AlphaContext {
   const std::uint32_t *first_instances = nullptr;
   const PathState *paths = nullptr;  // of the packet's rays
   uint block_seed = 0;
-  uint limit = 0;                    // transparent surfaces that a path may cross, shadow rays included
+  IntegratorData limits{};  // of which the transparent surfaces count that a path may cross, shadow rays included
   std::array<uint, kWidth> before{};   // shadow rays: surfaces that their path crossed
   std::array<uint, kWidth> passed{};   // by the ray itself, whatever stops it later
   std::array<uint, kWidth> crossed_by_path{};  // paths: of those, what lies before the surface that was met
@@ -32,9 +32,6 @@ struct AlphaContext {
   // Paths: distances to the surfaces passed, the nearest limit + 1 of each ray, in order.
   std::vector<float> distances;
 };
-
-// Cycles lets a path pass one transparent surface even if none is allowed.
-uint passes_of_path(uint limit) { return std::max(limit, 1u); }
 
 // Number `field` of ray or hit k of N, which lie field by field: Embree may hand over fewer rays than a packet has.
 template <class T>
@@ -67,7 +64,7 @@ vec3 filtered_direction(const embree::FilterArguments &a, std::size_t k) {
 // Notes the distance of a surface that ray `id` passed.
 template <int kWidth>
 void note_pass(AlphaContext<kWidth> &c, std::size_t id, float t) {
-  const std::size_t most = passes_of_path(c.limit) + 1;
+  const std::size_t most = path_crossings(c.limits) + 1;
   float *first = c.distances.data() + id * most;
   const std::size_t count = std::min<std::size_t>(c.passed[id], most);
   ++c.passed[id];
@@ -97,11 +94,9 @@ void filter_path(const embree::FilterArguments *a) {
     const Hit at = filtered_hit(c, *a, k);
     const auto id = filter_field<std::uint32_t>(a->ray, kRayId, *a, k);
     const PathState &path = c.paths[id];
-    const float alpha = hit_alpha(*c.scene, at, filtered_direction(*a, k), path.ray_kind);
-    if (alpha >= 1.0f) continue;
-    if (alpha_number(path.random, path.bounce, c.block_seed, at.instance, at.triangle) < alpha) continue;
+    if (!lets_through(*c.scene, at, filtered_direction(*a, k), path, c.block_seed)) continue;
     a->valid[k] = 0;
-    if (c.limit < TRANSPARENT_UNLIMITED && !crossed_before(c, id, at)) {
+    if (c.limits.transparent_bounces < TRANSPARENT_UNLIMITED && !crossed_before(c, id, at)) {
       note_pass(c, id, filter_field<float>(a->ray, kRayFar, *a, k));
     }
   }
@@ -116,14 +111,13 @@ void filter_shadow(const embree::FilterArguments *a) {
     const Hit at = filtered_hit(c, *a, k);
     const auto id = filter_field<std::uint32_t>(a->ray, kRayId, *a, k);
     const vec3 share = hit_transparency(*c.scene, at, filtered_direction(*a, k), VISIBLE_SHADOW);
-    const float left = max_component(share);
-    if (left > 0.0f && crossed_before(c, id, at)) {
+    if (max_component(share) > 0.0f && crossed_before(c, id, at)) {
       a->valid[k] = 0;
       continue;
     }
     c.kept[id] *= share;
     const uint crossed = c.before[id] + ++c.passed[id];
-    if (left > 0.0f && (crossed <= c.limit || c.limit >= TRANSPARENT_UNLIMITED)) a->valid[k] = 0;
+    if (shadow_kept(c.limits, crossed, max_component(c.kept[id])) > 0.0f) a->valid[k] = 0;
   }
 }
 
@@ -138,15 +132,16 @@ void set_filter(AlphaContext<kWidth> &c, embree::Ray<kWidth> &ray, embree::Filte
 // Counts the surfaces that rays of paths crossed, and ends those that crossed more than they may: their mask becomes 0.
 template <int kWidth>
 void end_passes(AlphaContext<kWidth> &c, embree::RayHit<kWidth> &p) {
-  const uint limit = passes_of_path(c.limit);
+  const std::size_t most = path_crossings(c.limits) + 1;
   c.crossed_by_path.fill(0);
-  if (c.limit >= TRANSPARENT_UNLIMITED) return;
+  if (c.limits.transparent_bounces >= TRANSPARENT_UNLIMITED) return;
   for (std::size_t k = 0; k < kWidth; ++k) {
     if (c.passed[k] == 0) continue;
-    const float *first = c.distances.data() + k * (limit + 1);
-    const std::size_t noted = std::min<std::size_t>(c.passed[k], limit + 1);
+    const float *first = c.distances.data() + k * most;
+    const std::size_t noted = std::min<std::size_t>(c.passed[k], most);
     c.crossed_by_path[k] = static_cast<uint>(std::lower_bound(first, first + noted, p.ray.tfar[k]) - first);
-    if (c.paths[k].transparent_bounces + c.crossed_by_path[k] > limit) p.ray.mask[k] = 0;
+    const uint crossed = c.paths[k].transparent_bounces + c.crossed_by_path[k];
+    if (path_crossed_too_many(c.limits, crossed)) p.ray.mask[k] = 0;
   }
 }
 

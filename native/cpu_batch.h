@@ -10,6 +10,7 @@
 #include "../kernels/occlusion.h"
 #include "../kernels/outline.h"
 #include "../kernels/toon.h"
+#include "../kernels/whitted.h"
 #include "alpha_filter.h"
 #include "cpu_kernel.h"
 #include "cpu_lanes.h"
@@ -31,12 +32,13 @@ constexpr int kWidth = COTORRA_PACKET;  // rays of one packet
 using Alpha = AlphaContext<kWidth>;
 Alpha *alpha_of(const embree::QueryArguments &arguments) { return reinterpret_cast<Alpha *>(arguments.context); }
 
-void begin_alpha(const RenderJob &job, uint block_seed, Alpha &alpha) {
+void begin_alpha(const RenderJob &job, const IntegratorData &limits, uint block_seed, Alpha &alpha) {
   alpha.scene = job.scene;
   alpha.first_instances = job.first_instances.data();
   alpha.block_seed = block_seed;
-  alpha.limit = std::min(job.limits.transparent_bounces, TRANSPARENT_UNLIMITED);
-  alpha.distances.resize(std::size_t{kWidth} * (passes_of_path(alpha.limit) + 1));
+  alpha.limits = limits;
+  if (limits.transparent_bounces >= TRANSPARENT_UNLIMITED) return;
+  alpha.distances.resize(std::size_t{kWidth} * (path_crossings(limits) + 1));
 }
 
 // Embree's entry points for this packet width, with the filters of surfaces that let rays through.
@@ -82,15 +84,6 @@ struct RecordedPacket {
   bool shadow;
 };
 
-// A ray of Whitted's that waits for its turn.
-struct PendingRay {
-  PathState path;
-  vec3 origin;
-  uint slot;
-  vec3 direction;
-  uint medium;  // material that it runs inside of, INVALID_ID: none that absorbs
-};
-
 // What the integrators beside Direct and Path keep; there only where one of them renders.
 struct ClassicLanes {
   std::vector<std::vector<PendingRay>> pending;  // Whitted, by surfaces behind the ray: at most 2 kLanes each
@@ -124,7 +117,7 @@ struct Batch final : Workspace {
   std::vector<vec3> lamps;
   // The shadow packet that is being filled.
   embree::Ray<kWidth> shadow;
-  std::array<uint, kWidth> shadow_slot;
+  std::array<uint, kWidth> shadow_lane;
   std::array<vec3, kWidth> shadow_contribution;
   std::array<int, kWidth> shadow_group;
   std::array<uint, kWidth> shadow_crossed;  // transparent surfaces of the path

@@ -16,11 +16,11 @@ constexpr std::uint32_t KERNEL_FEATURES = COTORRA_KERNEL_FEATURES;
 #include "../kernels/integrator.h"
 #include "cpu_batch.h"
 #include "cpu_camera.h"
+#include "cpu_lane.h"
 #include "cpu_occlusion.h"
 #include "cpu_passes.h"
 #include "cpu_staged.h"
 #include "cpu_surface.h"
-#include "cpu_terms.h"
 #include "cpu_toon.h"
 #include "cpu_visibility.h"
 #include "cpu_whitted.h"
@@ -31,13 +31,11 @@ namespace {
 class Renderer {
  public:
   Renderer(const RenderJob &job, Batch &batch, RayCounts &counts, int x0, int y0)
-      : job_(job), scene_(*job.scene), b_(batch), counts_(counts) {
-    limits_ = {job.limits.max_bounces,    job.limits.diffuse_bounces,     job.limits.glossy_bounces,
-               job.limits.roulette_start, job.limits.transparent_bounces, job.limits.transmission_bounces};
+      : job_(job), scene_(*job.scene), b_(batch), counts_(counts), data_(job_data(job)) {
     block_seed_ = sampler_block_seed(static_cast<uint>(x0), static_cast<uint>(y0), job.sample_bits, job.seed);
     arguments_.feature_mask = job.embree_features;
     if (FEATURE(FEATURE_TRANSPARENCY)) {
-      begin_alpha(job, block_seed_, b_.alpha_context);
+      begin_alpha(job, data_.integrator, block_seed_, b_.alpha_context);
       arguments_.context = &b_.alpha_context.query;
     }
   }
@@ -93,7 +91,9 @@ class Renderer {
     if (FEATURE(FEATURE_LIGHT_GROUPS)) {
       b_.groups.assign(static_cast<std::size_t>(lane) * job_.passes.light_groups, vec3(0.0f));
     }
-    if (FEATURE(FEATURE_TERMS)) clear_lamps(job_.passes, lane, b_);
+    if (FEATURE(FEATURE_TERMS)) {
+      b_.lamps.assign(static_cast<std::size_t>(lane) * job_.passes.lamps, vec3(0.0f));
+    }
   }
 
   // ---- Stage 2: the nearest surface.
@@ -102,45 +102,29 @@ class Renderer {
     trace_packets(tracer_, b_.packets.data(), lanes, true);
   }
 
-  void add_light(uint slot, vec3 value, int group) {
-    b_.radiance[slot] += value;
-    if (FEATURE(FEATURE_TERMS)) group = add_lamp(job_.passes, slot, value, group, b_);
-    if (FEATURE(FEATURE_LIGHT_GROUPS) && group >= 0 && group < static_cast<int>(job_.passes.light_groups)) {
-      b_.groups[slot * job_.passes.light_groups + static_cast<uint>(group)] += value;
-    }
-  }
-
   // ---- Stage 3: what the ray met. Lanes that go on are compacted to the front; returns how many.
   int shade(int lanes, uint bounce) {
     std::size_t next = 0;
-    const bool meets_lights = bounce == 0 ? job_.camera_meets_lights : (FEATURE(FEATURE_BSDF_RAYS) != 0);
     for (std::size_t i = 0; i < static_cast<std::size_t>(lanes); ++i) {
       const embree::RayHit<kWidth> &p = b_.packets[i / kWidth];
       const std::size_t k = i % kWidth;
-      const PathState path = b_.path[i];
-      const uint slot = b_.slot[i];
-      const vec3 direction(p.ray.dir_x[k], p.ray.dir_y[k], p.ray.dir_z[k]);
-      const bool missed = p.hit.geom_id[k] == embree::kInvalidId;
       if (FEATURE(FEATURE_TRANSPARENCY) && p.ray.mask[k] == 0u) continue;  // ended in transparent surfaces
-
-      if (FEATURE(FEATURE_VISIBLE_LIGHTS) && meets_lights) {
-        const vec3 origin(p.ray.org_x[k], p.ray.org_y[k], p.ray.org_z[k]);
-        meet_lights(path, slot, origin, direction, missed ? INFINITE_DISTANCE : p.ray.tfar[k]);
-      }
-      if (missed) {
-        escape(path, slot, bounce, direction);
-        continue;
-      }
+      const Lane lane = lane_at(tracer_, i);
+      PathState path = b_.path[i];
+      const vec3 origin(p.ray.org_x[k], p.ray.org_y[k], p.ray.org_z[k]);
+      const vec3 direction = packet_direction(p, k);
       const Hit hit = packet_hit(job_, p, k);
-      if (path_is_last(limits_, path)) {  // only brings light home
-        if (FEATURE(FEATURE_EMISSIVE_MESHES)) emission(path, slot, bounce, hit, direction);
+      if (wants(FEATURE_WHITTED)) absorb(lane, hit.t, path);
+      if (!meet(lane, path, origin, direction, hit)) continue;
+      if (path_is_last(data_.integrator, path)) {  // only brings light home
+        if (FEATURE(FEATURE_EMISSIVE_MESHES)) emission(lane, path, hit, direction);
         continue;
       }
       SurfaceTriangle triangle;
       surface_fetch(scene_, hit.instance, hit.triangle, triangle);
       const Material &material = scene_.materials.v[triangle.material];
       if (FEATURE(FEATURE_EMISSIVE_MESHES) && (material.flags & MATERIAL_EMISSIVE) != 0u) {
-        emission(path, slot, bounce, hit, direction);
+        emission(lane, path, hit, direction);
       }
       b_.hit.set(next, triangle, hit, direction);
       b_.shading.terminator[next] = triangle.terminator;
@@ -150,7 +134,7 @@ class Renderer {
       b_.surface[next].triangle = hit.triangle;
       b_.surface[next].material = triangle.material;
       b_.path[next] = path;
-      b_.slot[next] = slot;
+      b_.slot[next] = lane.slot;
       b_.random[next] = path.random;
       ++next;
     }
@@ -186,50 +170,16 @@ class Renderer {
       }
       if (wants(FEATURE_WHITTED)) whitted_prepare(material, scene_.classic.v[s.material], bsdf);
       b_.shading.set_bsdf(i, bsdf);
-      if (FEATURE(FEATURE_DATA_PASSES) && bounce == 0) {
-        const vec3 weight = FEATURE(FEATURE_PROGRAMS) ? b_.shaded[i].weight : vec3(1.0f);
-        record_surface(tracer_, b_.slot[i], s, material, bsdf.diffuse * weight * PI);
-      }
-      if (FEATURE(FEATURE_TERMS) && bounce == 0 && job_.passes.terms) {
-        record_terms(scene_, s.p, bsdf, b_.shading.wo.get(i), b_.pixel[b_.slot[i]], b_);
-      }
+      const vec3 weight = FEATURE(FEATURE_PROGRAMS) ? b_.shaded[i].weight : vec3(1.0f);
+      describe(lane_at(tracer_, i), b_.path[i], s, material, weight, bsdf, b_.shading.wo.get(i));
     }
     return count;
   }
 
-  void emission(const PathState &path, uint slot, uint bounce, const Hit &hit, vec3 direction) {
+  void emission(const Lane &lane, const PathState &path, const Hit &hit, vec3 direction) {
     Surface surface;
     surface_from_hit(scene_, hit, direction, surface);
-    const Material &material = scene_.materials.v[surface.material];
-    if ((material.flags & MATERIAL_EMISSIVE) == 0u) return;
-    const vec3 emitted = path_emission(scene_, path, surface, material, -direction, hit.t);
-    add_light(slot, emitted, scene_.instances.v[hit.instance].light_group);
-    if (FEATURE(FEATURE_DATA_PASSES) && bounce == 0 && job_.passes.emission) {
-      b_.staged.emission[b_.pixel[slot]] += film_vector(emitted);
-    }
-  }
-
-  void meet_lights(const PathState &path, uint slot, vec3 origin, vec3 direction, float t) {
-    for (uint l = 0; l < scene_.light_count; ++l) {
-      int group;
-      const vec3 seen = path_meet_light(scene_, l, path, origin, direction, t, group);
-      if (is_black(seen)) continue;
-      add_light(slot, seen, group);
-      if (FEATURE(FEATURE_DATA_PASSES) && path.bounce == 0 && job_.passes.emission) {
-        b_.staged.emission[b_.pixel[slot]] += film_vector(seen);
-      }
-    }
-  }
-
-  void escape(const PathState &path, uint slot, uint bounce, vec3 direction) {
-    if (FEATURE(FEATURE_WORLD)) {
-      const vec3 world = path_escape(scene_, path, direction);
-      if (FEATURE(FEATURE_DATA_PASSES) && bounce == 0 && job_.passes.environment) {
-        b_.staged.environment[b_.pixel[slot]] += film_vector(world);
-      }
-      if (bounce > 0 || !job_.transparent) add_light(slot, world, scene_.world_group);
-    }
-    if (bounce == 0) b_.alpha[slot] = 0.0f;
+    add_emission(lane, path, surface, scene_.materials.v[surface.material], direction);
   }
 
   // ---- Stage 4: light from lamps and emitting triangles, with shadow rays.
@@ -250,8 +200,7 @@ class Renderer {
 
   void sample_light(uint index, int lanes, uint bounce) {
     if (FEATURE(FEATURE_SOFT_LIGHTS)) {
-      fill_pairs(b_.random.data(), lanes, pair_seed(bounce, PAIR_LIGHTS + index % LAST_SHARED_PAIR), b_.u2.data(),
-                 b_.v2.data());
+      fill_pairs(b_.random.data(), lanes, pair_seed(bounce, lamp_pair(index)), b_.u2.data(), b_.v2.data());
     }
     const Light &light = scene_.lights.v[index];
     const uint scattering = VISIBLE_SCATTERED | (wants(FEATURE_LOBES) ? VISIBLE_TRANSMISSION : 0u);
@@ -292,15 +241,12 @@ class Renderer {
     Array<float, kLanes> pick, unused;
     fill_pairs(b_.random.data(), lanes, pair_seed(bounce, PAIR_PICK), pick.data(), unused.data());
     for (uint k = 0; k < picks; ++k) {
-      fill_pairs(b_.random.data(), lanes, pair_seed(bounce, PAIR_LIGHTS + k), b_.u2.data(), b_.v2.data());
+      fill_pairs(b_.random.data(), lanes, pair_seed(bounce, lamp_pair(k)), b_.u2.data(), b_.v2.data());
       for (std::size_t i = 0; i < static_cast<std::size_t>(lanes); ++i) {
         float scale;
-        const float u = (static_cast<float>(k) + pick[i]) / static_cast<float>(picks);
         const uint index =
-            path_pick_light(scene_, b_.surface[i], scatters_through(b_.shading.lobe_of(i)), min(u, 0.99999994f), scale);
-        if (index != INVALID_ID) {
-          sample_lane(index, i, vec2(b_.u2[i], b_.v2[i]), scale / static_cast<float>(picks), bounce);
-        }
+            lamp_of_slot(lane_at(tracer_, i), k, picks, pick[i], b_.surface[i], b_.shading.lobe_of(i), scale);
+        if (index != INVALID_ID) sample_lane(index, i, vec2(b_.u2[i], b_.v2[i]), scale, bounce);
       }
     }
   }
@@ -319,9 +265,8 @@ class Renderer {
   }
 
   void queue_shadow(const ShadowRay &ray, std::size_t lane, uint bounce) {
-    const uint slot = b_.slot[lane];
     if (ray.visibility == 0u) {
-      arrive(slot, ray.contribution, ray.group, bounce, true);
+      arrive(lane_at(tracer_, lane), bounce == 0, ray.contribution, vec3(1.0f), ray.group);
       return;
     }
     const auto k = static_cast<std::size_t>(b_.shadow_count);
@@ -335,7 +280,7 @@ class Renderer {
     b_.shadow.tfar[k] = ray.t_max;
     b_.shadow.time[k] = 0.0f;
     b_.shadow.mask[k] = ray.visibility;
-    b_.shadow_slot[k] = slot;
+    b_.shadow_lane[k] = static_cast<uint>(lane);
     b_.shadow_contribution[k] = ray.contribution;
     b_.shadow_group[k] = ray.group;
     if (FEATURE(FEATURE_TRANSPARENCY)) b_.shadow_crossed[k] = b_.path[lane].transparent_bounces;
@@ -355,32 +300,12 @@ class Renderer {
       see_through(tracer_, asked, b_.shadow_count, b_.shadow, b_.shadow_contribution.data());
     }
     for (std::size_t k = 0; k < static_cast<std::size_t>(b_.shadow_count); ++k) {
-      if (FEATURE(FEATURE_TRANSPARENCY)) dim_shadow(k, bounce);
       // Embree sets tfar to -infinity where something is in the way.
-      arrive(b_.shadow_slot[k], b_.shadow_contribution[k], b_.shadow_group[k], bounce, b_.shadow.tfar[k] >= 0.0f);
+      const vec3 kept = b_.shadow.tfar[k] >= 0.0f ? light_kept(arguments_, k) : vec3(0.0f);
+      arrive(lane_at(tracer_, b_.shadow_lane[k]), bounce == 0, b_.shadow_contribution[k], kept, b_.shadow_group[k]);
     }
     counts_.shadow += static_cast<std::uint64_t>(b_.shadow_count);
     b_.shadow_count = 0;
-  }
-
-  // Takes out of the shadow ray's light what transparent surfaces kept of it.
-  void dim_shadow(std::size_t k, uint bounce) {
-    const vec3 kept = light_kept(arguments_, k);
-    if (FEATURE(FEATURE_DATA_PASSES) && bounce == 0 && job_.passes.shadow && b_.shadow.tfar[k] >= 0.0f) {
-      b_.staged.shadow[b_.pixel[b_.shadow_slot[k]]].unshadowed +=
-          film_number(luminance(b_.shadow_contribution[k] * (vec3(1.0f) - kept)));
-    }
-    if (b_.shadow.tfar[k] >= 0.0f) b_.shadow_contribution[k] *= kept;
-  }
-
-  void arrive(uint slot, vec3 contribution, int group, uint bounce, bool lit) {
-    if (lit) add_light(slot, contribution, group);
-    if (FEATURE(FEATURE_DATA_PASSES) && bounce == 0 && job_.passes.shadow) {
-      ShadowRecord &r = b_.staged.shadow[b_.pixel[slot]];
-      const float l = film_number(luminance(contribution));
-      r.unshadowed += l;
-      r.lit += lit ? l : 0.0f;
-    }
   }
 
   // ---- Stage 5: the next ray of each path. Returns how many go on.
@@ -393,25 +318,13 @@ class Renderer {
     for (std::size_t i = 0; i < static_cast<std::size_t>(lanes); ++i) {
       PathState path = b_.path[i];
       const BsdfSample sample{b_.bounce.wi.get(i), b_.bounce.pdf[i], b_.bounce.weight.get(i), b_.bounce.lobe[i]};
-      vec3 origin;
-      if (FEATURE(FEATURE_PROGRAMS) && (b_.shading.lobes[i] & BSDF_THROUGH) != 0u) {
-        const vec3 wo = b_.shading.wo.get(i);
-        if (!path_pass(scene_, path, b_.surface[i], wo, origin)) continue;
-        start_ray(b_.packets[next / kWidth], next % kWidth, origin, -wo, 0.0f, INFINITE_DISTANCE,
-                  path.ray_kind & VISIBLE_ALL);
-        b_.path[next] = path;
-        b_.slot[next] = b_.slot[i];
-        ++next;
+      const uint lobes = FEATURE(FEATURE_PROGRAMS) ? b_.shading.lobes[i] : 0u;
+      vec3 origin, direction;
+      if (!go_on(lane_at(tracer_, i), path, b_.surface[i], lobes, b_.shading.wo.get(i), sample, roulette[i], origin,
+                 direction)) {
         continue;
       }
-      if (!path_advance(scene_, limits_, path, b_.surface[i], sample, roulette[i], origin)) continue;
-      if (scene_.light_kinds != 0u)
-        path_note_kind(b_.shading.bsdf(i), b_.shading.lobe_of(i), b_.shading.wo.get(i), sample.wi, path);
-      // A last ray can only bring light home: where there is none to find, it need not be traced.
-      const bool finds =
-          FEATURE(FEATURE_BSDF_RAYS) && (job_.last_rays_find_light || (path.ray_kind & RAY_MEETS_LAMPS) != 0u);
-      if (!finds && path_is_last(limits_, path)) continue;
-      start_ray(b_.packets[next / kWidth], next % kWidth, origin, sample.wi, 0.0f, INFINITE_DISTANCE,
+      start_ray(b_.packets[next / kWidth], next % kWidth, origin, direction, 0.0f, INFINITE_DISTANCE,
                 path.ray_kind & VISIBLE_ALL);
       b_.path[next] = path;
       b_.slot[next] = b_.slot[i];
@@ -447,7 +360,6 @@ class Renderer {
     std::fill_n(b_.classic->medium.data(), lanes, INVALID_ID);
     for (uint bounce = 0; lanes > 0; bounce = lanes > 0 ? b_.path[0].bounce : 0) {
       trace(lanes, bounce == 0);
-      absorb(tracer_, lanes);
       const int met = shade(lanes, bounce);
       light(met, bounce);
       if (wants(FEATURE_OCCLUSION)) ambient(met, bounce);
@@ -464,35 +376,27 @@ class Renderer {
     count_lamps(tracer_, met);
     if (wants(FEATURE_OCCLUSION)) ambient(met, 0);
     for (std::size_t i = 0; i < static_cast<std::size_t>(met); ++i) {
-      const Surface &s = b_.surface[i];
-      const ClassicMaterial &classic = scene_.classic.v[s.material];
-      const vec3 tone = toon_color(lane_material(tracer_, i), classic, b_.classic->lit[i], scene_.light_count);
-      add_light(b_.slot[i], tone, -1);
+      tone_arrives(lane_at(tracer_, i), b_.surface[i].material, lane_material(tracer_, i), b_.classic->lit[i]);
     }
-    const float reach = job_.classic.outline_y / job_.classic.rows;
     for (std::size_t slot = 0; lines && slot < static_cast<std::size_t>(lanes); ++slot) {
-      if (!outline_found(b_.classic->sums[slot], job_.classic.outlines, reach)) continue;
-      b_.radiance[slot] = job_.classic.outline_color;
-      b_.alpha[slot] = 1.0f;  // a line covers what is behind it, and the transparent film
+      draw_line(lane_of_sample(tracer_, slot), b_.classic->sums[slot]);
     }
   }
 
   // Ambient light and its occlusion: as a term, as a pass, as the whole picture.
   void ambient(int lanes, uint bounce) {
-    const ClassicJob &c = job_.classic;
-    const bool picture = c.integrator == Integrator::kOcclusion;
-    const bool pass = bounce == 0 && job_.passes.occlusion;
-    const bool term = !is_black(c.ambient);
-    if (picture || pass || (term && c.occluded)) trace_sky(tracer_, lanes, pair_seed(bounce, PAIR_OCCLUSION));
+    const uint always = JOB_OCCLUSION_PICTURE | JOB_AMBIENT_OCCLUDED;
+    if ((data_.flags & (bounce == 0 ? always | JOB_OCCLUSION_PASS : always)) != 0u) {
+      trace_sky(tracer_, lanes, pair_seed(bounce, PAIR_OCCLUSION));
+    }
     for (std::size_t i = 0; i < static_cast<std::size_t>(lanes); ++i) {
-      const Surface &s = b_.surface[i];
-      const float sky = b_.classic->sky[i];
-      if (term) {
-        const vec3 light = ambient_term(lane_material(tracer_, i), scene_.classic.v[s.material], c.ambient);
-        add_light(b_.slot[i], b_.path[i].throughput * light * (c.occluded ? sky : 1.0f), -1);
+      const Lane lane = lane_at(tracer_, i);
+      vec3 light(0.0f);
+      if ((data_.flags & JOB_AMBIENT) != 0u) {
+        light = ambient_light(lane, b_.path[i], b_.surface[i].material, lane_material(tracer_, i));
+        if ((data_.flags & JOB_AMBIENT_OCCLUDED) == 0u) add_light(lane, light, -1);
       }
-      if (pass) b_.staged.occlusion[b_.pixel[b_.slot[i]]] += sky;
-      if (picture) b_.radiance[b_.slot[i]] = vec3(sky);
+      sky_arrives(lane, bounce == 0, light, b_.classic->sky[i]);
     }
   }
 
@@ -500,10 +404,10 @@ class Renderer {
   const SceneData &scene_;
   Batch &b_;
   RayCounts &counts_;
-  IntegratorData limits_{};
+  const JobData data_;
   uint block_seed_ = 0;
   embree::QueryArguments arguments_;
-  const Tracer tracer_{job_, b_, arguments_, counts_};
+  const Tracer tracer_{job_, b_, arguments_, counts_, data_};
 };
 
 std::unique_ptr<Workspace> make_workspace(const RenderJob &job) {

@@ -1,42 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What a batch leaves in its tile: the passes that describe the first surface, and the sums of all samples.
-// Terms of the highlight and light of single lamps are cpu_terms.h's. Included by cpu_kernel.cpp alone.
+// What a batch leaves in its tile: the sums of its samples, their light groups and single lamps.
+// What passes are told beside light is cpu_lane.h's. Included by cpu_kernel.cpp alone.
 #pragma once
 
 #include "cpu_camera.h"
-#include "cpu_terms.h"
 #include "cpu_visibility.h"
 
 namespace cotorra {
 namespace {
-
-// Passes that describe the first surface. `slot` is the sample, whose filter offset u, v still hold.
-void record_surface(const Tracer &t, uint slot, const Surface &s, const Material &material, vec3 diffuse) {
-  Batch &b = t.batch;
-  const RenderJob &job = t.job;
-  const SceneData &scene = *job.scene;
-  const std::size_t pixel = b.pixel[slot];
-  if (job.passes.nearest) {
-    NearestRecord &r = b.staged.nearest[pixel];
-    const float distance2 = sqr(b.u[slot]) + sqr(b.v[slot]);
-    if (distance2 < r.distance2) {
-      r.distance2 = distance2;
-      r.depth = film_number(camera_depth(job.camera, s.p));
-      r.position = film_vector(s.p);
-      r.object_index = static_cast<float>(scene.instances.v[s.instance].pass_index);
-      r.material_index = static_cast<float>(material.pass_index);
-    }
-  }
-  if (job.passes.surface) {
-    SurfaceRecord &r = b.staged.surface[pixel];
-    r.normal += film_vector(s.n);
-    const vec2 uv = surface_uv(scene, s);
-    r.uv = r.uv + vec2(film_number(uv.x), film_number(uv.y));
-    const Mesh &mesh = scene.meshes.v[scene.instances.v[s.instance].mesh];
-    r.uv_coverage += (mesh.flags & MESH_HAS_UV) != 0u ? 1.0f : 0.0f;
-    r.diffuse_color += film_vector(diffuse);
-  }
-}
 
 // Adds the samples to their pixels; the odd ones alone as well, where an error is asked for.
 void stage_samples(const Tracer &t, std::span<const std::uint16_t> pixels, uint first, uint per_pixel) {
@@ -55,7 +26,10 @@ void stage_samples(const Tracer &t, std::span<const std::uint16_t> pixels, uint 
         const std::size_t n = job.passes.light_groups;
         for (std::size_t g = 0; g < n; ++g) b.staged.groups[pixel * n + g] += film_vector(b.groups[slot * n + g]);
       }
-      if (FEATURE(FEATURE_TERMS) && finite) stage_lamps(job.passes, slot, pixel, b);
+      if (FEATURE(FEATURE_TERMS) && finite) {
+        const std::size_t n = job.passes.lamps;
+        for (std::size_t l = 0; l < n; ++l) b.staged.lamps[pixel * n + l] += film_vector(b.lamps[slot * n + l]);
+      }
     }
     FilmPixel &p = b.staged.pixels[pixel];
     p.radiance += sum.radiance;

@@ -4,6 +4,7 @@
 #pragma once
 
 #include "cpu_batch.h"
+#include "job_data.h"
 
 namespace cotorra {
 namespace {
@@ -14,6 +15,7 @@ struct Tracer {
   Batch &batch;
   embree::QueryArguments &arguments;
   RayCounts &counts;
+  const JobData &data;
 };
 
 // Collects shadow rays to packets. answer(target, kept) is called for each ray, in the order of push: what reaches the

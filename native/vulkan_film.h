@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The film of the tiles that a graphics card renders at once: room for its sums on the card, and their way back into
-// the tiles. Who adds to it there is kernels/wave_film.comp; the tiles are film.h's.
+// the tiles. Who adds to it there is kernels/entry/vulkan/film.comp; the tiles are film.h's.
 #pragma once
 
 #include <memory>

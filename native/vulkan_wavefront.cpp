@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The wavefront of kernels/*.comp: batches of samples, a few stages in each submission, so that none takes long. Sums
-// of samples come back to the film's tiles after each pass; no result depends on how many lanes there are.
+// The wavefront of kernels/entry/vulkan/*.comp: batches of samples, a few stages in each submission, so that none takes
+// long. Sums of samples come back to the film's tiles after each pass; no result depends on how many lanes there are.
 #include "vulkan_wavefront.h"
 
 #include <algorithm>
@@ -19,6 +19,7 @@
 #include "every_feature.h"
 
 #include "../kernels/wavefront.h"
+#include "job_data.h"
 
 namespace cotorra::vulkan {
 namespace {
@@ -32,8 +33,8 @@ constexpr std::uint32_t kFewestLanes = 1 << 10;
 constexpr std::uint32_t kFirstLanes = 1 << 12;
 constexpr std::uint32_t kMostLanes = 1 << 20;
 constexpr std::uint32_t kMostLanesOfCpu = 1 << 15;  // where the device is a processor, its caches like few lanes
-constexpr std::uint32_t kMostBounces = 16;           // of one submission
-constexpr std::uint64_t kPathMemory = 8;             // of a card's memory, at most this part for lanes
+constexpr std::uint32_t kMostBounces = 16;  // of one submission
+constexpr std::uint64_t kPathMemory = 8;  // of a card's memory, at most this part for lanes
 
 double seconds_since(Clock::time_point begin) { return std::chrono::duration<double>(Clock::now() - begin).count(); }
 
@@ -75,7 +76,6 @@ class WavefrontOnCard final : public Wavefront {
   std::uint64_t lane_bytes() const;
   void allocate_lanes();
   void describe_job();
-  void describe_classic();
   bool run_batch(const Batch &batch, RayCounts &counts);
   void begin_batch(VkCommandBuffer commands, const Batch &batch, const WavePush &push);
   void record_bounce(VkCommandBuffer commands, WavePush push);
@@ -106,8 +106,8 @@ class WavefrontOnCard final : public Wavefront {
   std::uint32_t shadow_slots() const { return light_slots(0) + (sky_slot(0) != INVALID_ID ? 1 : 0); }
   // The place of the one to the sky.
   std::uint32_t sky_slot(std::uint32_t bounce) const {
-    const uint always = WAVE_OCCLUSION_PICTURE | WAVE_AMBIENT_OCCLUDED;
-    const bool sent = (wave_.flags & (bounce == 0 ? always | WAVE_OCCLUSION_PASS : always)) != 0;
+    const uint always = JOB_OCCLUSION_PICTURE | JOB_AMBIENT_OCCLUDED;
+    const bool sent = (wave_.job.flags & (bounce == 0 ? always | JOB_OCCLUSION_PASS : always)) != 0;
     return sent ? light_slots(bounce) : INVALID_ID;
   }
   // Vertices of the longest path, the one included that only brings light home; of Whitted's trees, one after the
@@ -184,10 +184,10 @@ std::uint64_t WavefrontOnCard::lane_bytes() const {
   if (scatters() && has(FEATURE_LOBES)) bytes += sizeof(Lobe);
   bytes += shadow_slots() * (sizeof(ShadowRay) + sizeof(uint));
   if (has(FEATURE_DATA_PASSES)) bytes += sizeof(WaveRecord);
-  if (has(FEATURE_WHITTED)) bytes += sizeof(WaveTree) + (job_.classic.depth + 1) * sizeof(WavePending);
+  if (has(FEATURE_WHITTED)) bytes += sizeof(WaveTree) + (job_.classic.depth + 1) * sizeof(PendingRay);
   if (job_.passes.terms) bytes += sizeof(WaveTerms);
   if (has(FEATURE_TOON)) bytes += sizeof(vec3);
-  if (wave_.outlines != 0) bytes += sizeof(Hit) + sizeof(OutlinePoint) + sizeof(OutlineSums);
+  if (wave_.job.outlines != 0) bytes += sizeof(Hit) + sizeof(OutlinePoint) + sizeof(OutlineSums);
   return bytes + (job_.passes.light_groups + job_.passes.lamps) * sizeof(vec3);
 }
 
@@ -211,12 +211,12 @@ void WavefrontOnCard::allocate_lanes() {
   if (job_.passes.light_groups > 0) wave_.groups.v = add<vec3>(n * job_.passes.light_groups);
   if (has(FEATURE_WHITTED)) {
     wave_.trees.v = add<WaveTree>(n);
-    wave_.pending.v = add<WavePending>(n * (job_.classic.depth + 1));
+    wave_.pending.v = add<PendingRay>(n * (job_.classic.depth + 1));
   }
   if (job_.passes.lamps > 0) wave_.lamps.v = add<vec3>(n * job_.passes.lamps);
   if (job_.passes.terms) wave_.terms.v = add<WaveTerms>(n);
   if (has(FEATURE_TOON)) wave_.base_colors.v = add<vec3>(n);
-  if (wave_.outlines != 0) {
+  if (wave_.job.outlines != 0) {
     wave_.outline_hits.v = add<Hit>(n);
     wave_.outline_points.v = add<OutlinePoint>(n);
     wave_.outline_sums.v = add<OutlineSums>(n);
@@ -230,38 +230,9 @@ void WavefrontOnCard::allocate_lanes() {
 }
 
 void WavefrontOnCard::describe_job() {
-  wave_.camera = job_.camera;
-  wave_.integrator = {job_.limits.max_bounces,    job_.limits.diffuse_bounces,     job_.limits.glossy_bounces,
-                      job_.limits.roulette_start, job_.limits.transparent_bounces, job_.limits.transmission_bounces};
+  wave_.job = job_data(job_);
   wave_.sample_bits = job_.sample_bits;
-  wave_.light_groups = job_.passes.light_groups;
   wave_.adaptive = job_.passes.error ? 1u : 0u;
-  if (job_.transparent) wave_.flags |= WAVE_TRANSPARENT;
-  if (job_.camera_meets_lights) wave_.flags |= WAVE_CAMERA_MEETS_LIGHTS;
-  if (job_.last_rays_find_light) wave_.flags |= WAVE_LAST_RAYS_FIND_LIGHT;
-  if (all_lights()) wave_.flags |= WAVE_ALL_LIGHTS;
-  if (job_.passes.terms) wave_.flags |= WAVE_TERMS_PASS;
-  wave_.lamp_passes = job_.passes.lamps;
-  describe_classic();
-}
-
-void WavefrontOnCard::describe_classic() {
-  const ClassicJob &c = job_.classic;
-  wave_.whitted_depth = c.depth;
-  wave_.whitted_threshold = c.threshold;
-  if (c.transparent_shadows) wave_.flags |= WAVE_TRANSPARENT_SHADOWS;
-  if (c.integrator == Integrator::kOcclusion) wave_.flags |= WAVE_OCCLUSION_PICTURE;
-  if (job_.passes.occlusion) wave_.flags |= WAVE_OCCLUSION_PASS;
-  if (max(max(c.ambient.x, c.ambient.y), c.ambient.z) > 0.0f) {
-    wave_.flags |= WAVE_AMBIENT | (c.occluded ? WAVE_AMBIENT_OCCLUDED : 0u);
-  }
-  wave_.ambient = c.ambient;
-  wave_.occlusion_distance = c.occlusion_distance;
-  wave_.outlines = c.outlines;
-  wave_.outline_color = c.outline_color;
-  wave_.outline_x = c.outline_x;
-  wave_.outline_y = c.outline_y;
-  wave_.rows = c.rows;
 }
 
 // ---- Each pass over some tiles
@@ -331,7 +302,7 @@ bool WavefrontOnCard::run_batch(const Batch &batch, RayCounts &counts) {
   }
   const uint *counted = reinterpret_cast<const uint *>(counters_host_->data());
   counts.samples += batch.lanes();
-  counts.camera += std::uint64_t{batch.lanes()} * (wave_.outlines != 0 ? OUTLINE_RAYS : 1);
+  counts.camera += std::uint64_t{batch.lanes()} * (wave_.job.outlines != 0 ? OUTLINE_RAYS : 1);
   counts.bounce += counted[WAVE_BOUNCE_RAYS];
   counts.shadow += counted[WAVE_SHADOW_RAYS];
   counts.rejected += counted[WAVE_REJECTED];
@@ -353,7 +324,7 @@ void WavefrontOnCard::record_bounce(VkCommandBuffer commands, WavePush push) {
     dispatch(commands, Stage::kPrepare, push, 1);
   };
   prepare(WAVE_RAYS);
-  if (wave_.outlines != 0 && push.bounce == 0) {
+  if (wave_.job.outlines != 0 && push.bounce == 0) {
     record_outlines(commands, push);
   } else {
     dispatch_queue(commands, Stage::kTrace, push);
@@ -419,7 +390,7 @@ void WavefrontOnCard::dispatch(VkCommandBuffer commands, Stage stage, const Wave
   all_barrier(device_, commands);
 }
 
-// Over the lanes of push.queue, which wave_prepare.comp has counted.
+// Over the lanes of push.queue, which prepare.comp has counted.
 void WavefrontOnCard::dispatch_queue(VkCommandBuffer commands, Stage stage, const WavePush &push) const {
   bind(commands, stage, push);
   device_.vkCmdDispatchIndirect(commands, counters_->handle(), 3 * push.queue * sizeof(uint));

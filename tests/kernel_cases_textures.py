@@ -131,9 +131,11 @@ NORMALS = [
         'transparency',
         'index = triangle_material(scene, hit.instance, hit.triangle);'
         'through = hit_transparency(scene, hit, wo, VISIBLE_CAMERA); alpha = hit_alpha(scene, hit, wo, VISIBLE_CAMERA);'
-        'number = alpha_number(bits, bounce, seed, hit.instance, hit.triangle);',
-        {'hit': ('Hit', hits), 'wo': WO, 'bits': UINT, 'bounce': ('uint', integers(20)), 'seed': UINT},
-        {'index': 'uint', 'through': 'vec3', 'alpha': 'float', 'number': 'float'},
+        'number = alpha_number(bits, bounce, seed, hit.instance, hit.triangle);'
+        'passes = select(lets_through(scene, hit, wo, path, seed), 1u, 0u);',
+        {'hit': ('Hit', hits), 'wo': WO, 'bits': UINT, 'bounce': ('uint', integers(20)), 'seed': UINT}
+        | {'path': ('PathState', paths)},
+        {'index': 'uint', 'through': 'vec3', 'alpha': 'float', 'number': 'float', 'passes': 'uint'},
         STEPS,
         scene=True,
     ),

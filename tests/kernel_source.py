@@ -19,10 +19,14 @@ import numpy as np
 from native_build import BUILD, ROOT, included
 
 KERNELS = ROOT / 'kernels'
-# Every header is both languages', except the one that is C++'s side of the bargain.
+# Every header is both languages', except the one that is C++'s side of the bargain. Bodies of stages (stage/) work on
+# what a device keeps of a lane: they are compiled with each device alone.
 HEADERS = sorted(
-    path for path in KERNELS.rglob('*.h') if path.name != 'language_cpp.h' and path.parent.name != 'program'
+    path
+    for path in KERNELS.rglob('*.h')
+    if path.name != 'language_cpp.h' and path.parent.name not in ('program', 'stage')
 )
+STAGES = KERNELS / 'entry' / 'vulkan'  # stages of a Vulkan device, by name
 # Ops of shading programs: what reads none of them does not include them.
 PROGRAM_HEADERS = sorted((KERNELS / 'program').glob('*.h'))
 EVERY_HEADER = [*HEADERS, *PROGRAM_HEADERS]

@@ -93,7 +93,7 @@ def stage(name: str) -> np.ndarray:
     """The SPIR-V of a stage, as the build has it."""
     spirv = BUILD / 'spirv' / f'stage_{name}.spv'
     spirv.parent.mkdir(parents=True, exist_ok=True)
-    source = kernels.KERNELS / f'wave_{name}.comp'
+    source = kernels.STAGES / f'{name}.comp'
     options = ('-V', '-g0', '--target-env', 'vulkan1.2', f'-I{kernels.KERNELS}')
     kernels.run_tool('glslang', *options, '-o', str(spirv), str(source))
     return np.fromfile(spirv, np.uint32)

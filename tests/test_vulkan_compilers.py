@@ -19,22 +19,22 @@ from native_build import BUILD
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent / 'scripts'))
 import registers
 
-STAGES = sorted(path.stem for path in kernels.KERNELS.glob('wave_*.comp'))
+STAGES = sorted(path.stem for path in kernels.STAGES.glob('*.comp'))
 
 
 @pytest.mark.parametrize('query', [False, True], ids=['software', 'ray query'])
 @pytest.mark.parametrize('stage', STAGES)
 def test_stages_trace_at_one_place_or_none(stage: str, query: bool) -> None:
     """Drivers inline all calls: each more would be another traversal to compile and to keep in registers."""
-    target = BUILD / 'spirv' / f'{stage}{"-query" * query}.spv'
+    target = BUILD / 'spirv' / f'wave_{stage}{"-query" * query}.spv'
     target.parent.mkdir(parents=True, exist_ok=True)
     options = ('-V', '--target-env', 'vulkan1.2', *(['-DRAY_QUERY'] * query), f'-I{kernels.KERNELS}')
-    kernels.run_tool('glslang', *options, '-o', str(target), str(kernels.KERNELS / f'{stage}.comp'))
+    kernels.run_tool('glslang', *options, '-o', str(target), str(kernels.STAGES / f'{stage}.comp'))
     kernels.run_tool('spirv-val', '--target-env', 'vulkan1.2', '--scalar-block-layout', str(target))
     listing = kernels.run_tool('spirv-dis', '--raw-id', str(target))
     tracing = re.findall(r'OpName (%\d+) "trace\(', listing)
     calls = sum(len(re.findall(rf'OpFunctionCall %\d+ {name}\b', listing)) for name in tracing)
-    assert calls == (1 if stage in ('wave_trace', 'wave_shadow') else 0)
+    assert calls == (1 if stage in ('trace', 'shadow') else 0)
     assert listing.count('OpRayQueryInitializeKHR') == (calls if query else 0)
 
 

@@ -1,20 +1,20 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Toon's outlines, between stages 2 and 3: takes in what one of the nine rays met, and starts the next, which stage 2
 // traces. After the last, the camera ray and what it met stand where stage 3 looks for them. Lines are drawn by
-// wave_film.comp.
+// film.comp.
 #version 460
 #extension GL_GOOGLE_include_directive : require
-#include "stage.glsl"
+#include "lane.glsl"
 
 // The camera ray of the lane, moved as ray 0 to 8 is.
 void start_moved(uint lane, uint ray_number) {
   const WavePixel pixel = pixel_of(lane);
   const vec2 offset = WAVE.samples.v[lane].offset;
   const vec2 move = outline_move(ray_number);
-  const float x = float(pixel.x) + 0.5f + offset.x + move.x * WAVE.outline_x;
-  const float y = float(pixel.y) + 0.5f + offset.y + move.y * WAVE.outline_y;
+  const float x = float(pixel.x) + 0.5f + offset.x + move.x * JOB.outline_x;
+  const float y = float(pixel.y) + 0.5f + offset.y + move.y * JOB.outline_y;
   CameraRay ray;
-  camera_ray(WAVE.camera, x, y, ray);
+  camera_ray(JOB.camera, x, y, ray);
   STORE(WAVE.rays, lane, ray);
 }
 
@@ -23,7 +23,7 @@ void main() {
   const uint lane = LOAD(WAVE.rays_queue, gl_GlobalInvocationID.x);
   const Hit hit = LOAD(WAVE.hits, lane);
   OutlinePoint point;
-  outline_point(WAVE.scene, WAVE.camera, WAVE.rows, hit, WAVE.rays.v[lane].direction, point);
+  outline_point(SCENE, JOB.camera, JOB.rows, hit, WAVE.rays.v[lane].direction, point);
   OutlineSums sums;
   if (push.outline_ray == OUTLINE_MIDDLE) {
     outline_begin(sums);

@@ -3,7 +3,7 @@
 // queue that this dispatch will fill. It touches no lane.
 #version 460
 #extension GL_GOOGLE_include_directive : require
-#include "stage.glsl"
+#include "lane.glsl"
 
 void main() {
   if (gl_GlobalInvocationID.x != 0u) return;

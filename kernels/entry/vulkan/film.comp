@@ -3,7 +3,8 @@
 // The host adds the film's sums to those that it keeps (native/film.h).
 #version 460
 #extension GL_GOOGLE_include_directive : require
-#include "stage.glsl"
+#include "lane.glsl"
+#include "stage/arrive.h"
 
 void add_record(uint pixel, WaveRecord r) {
   WaveRecord sum = LOAD(WAVE.film_records, pixel);
@@ -33,14 +34,6 @@ void add_terms(uint pixel, WaveTerms terms) {
   WAVE.film_terms.v[pixel].f += film_vector(terms.f);
 }
 
-// A line covers what is behind it, and the transparent film.
-void draw_line(uint lane, inout WaveSample s) {
-  const OutlineSums sums = LOAD(WAVE.outline_sums, lane);
-  if (!outline_found(sums, WAVE.outlines, WAVE.outline_y / WAVE.rows)) return;
-  s.radiance = WAVE.outline_color;
-  s.alpha = 1.0f;
-}
-
 void main() {
   const uint index = gl_GlobalInvocationID.x;
   if (index >= push.pixel_count) return;
@@ -49,23 +42,22 @@ void main() {
   vec3 odd = vec3(0.0f);
   for (uint k = 0u; k < push.sample_count; ++k) {
     const uint lane = index * push.sample_count + k;
-    WaveSample s = LOAD(WAVE.samples, lane);
-    if (FEATURE(FEATURE_TOON) && WAVE.outlines != 0u) draw_line(lane, s);
+    if (FEATURE(FEATURE_TOON) && JOB.outlines != 0u) draw_line(lane, LOAD(WAVE.outline_sums, lane));
+    const WaveSample s = LOAD(WAVE.samples, lane);
     vec3 radiance = s.radiance;
     const bool finite = film_add(sum, radiance, s.alpha);
     if (!finite) atomicAdd(WAVE.counters.v[WAVE_REJECTED], 1u);
     if (((push.first_sample + k) & 1u) != 0u) odd += radiance;
     if (FEATURE(FEATURE_DATA_PASSES)) add_record(pixel, LOAD(WAVE.records, lane));
     if (FEATURE(FEATURE_LIGHT_GROUPS) && finite) {
-      for (uint g = 0u; g < WAVE.light_groups; ++g) {
-        WAVE.film_groups.v[pixel * WAVE.light_groups + g] +=
-            film_vector(LOAD(WAVE.groups, lane * WAVE.light_groups + g));
+      for (uint g = 0u; g < JOB.light_groups; ++g) {
+        WAVE.film_groups.v[pixel * JOB.light_groups + g] += film_vector(GROUP_LIGHT(lane, g));
       }
     }
-    if (FEATURE(FEATURE_TERMS) && flag(WAVE_TERMS_PASS)) add_terms(pixel, LOAD(WAVE.terms, lane));
+    if (FEATURE(FEATURE_TERMS) && FLAG(JOB_TERMS_PASS)) add_terms(pixel, LOAD(WAVE.terms, lane));
     if (FEATURE(FEATURE_TERMS) && finite) {
-      for (uint l = 0u; l < WAVE.lamp_passes; ++l) {
-        WAVE.film_lamps.v[pixel * WAVE.lamp_passes + l] += film_vector(LOAD(WAVE.lamps, lane * WAVE.lamp_passes + l));
+      for (uint l = 0u; l < JOB.lamp_passes; ++l) {
+        WAVE.film_lamps.v[pixel * JOB.lamp_passes + l] += film_vector(LAMP_LIGHT(lane, l));
       }
     }
   }

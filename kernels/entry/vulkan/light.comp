@@ -3,29 +3,25 @@
 // and the sky for ambient occlusion. It makes shadow rays and traces none.
 #version 460
 #extension GL_GOOGLE_include_directive : require
-#include "stage.glsl"
+#include "lane.glsl"
+#include "stage/leave.h"
 #include "whitted.glsl"
 
-bool sample_lamp(uint slot, uint lamp_slots, float pick, uint block_seed, PathState path, Surface s, Bsdf bsdf,
+bool sample_lamp(uint lane, uint slot, uint slots, float u_pick, uint block_seed, PathState path, Surface s, Bsdf bsdf,
                  Lobe lobe, vec3 wo, out ShadowRay ray) {
-  uint index = slot;
-  float scale = 1.0f;
-  if (!flag(WAVE_ALL_LIGHTS)) {
-    const float u = (float(slot) + pick) / float(lamp_slots);
-    index = path_pick_light(WAVE.scene, s, scatters_through(lobe), min(u, 0.99999994f), scale);
-    scale /= float(lamp_slots);
-  }
+  float scale;
+  const uint index = lamp_of_slot(lane, slot, slots, u_pick, s, lobe, scale);
   if (index == INVALID_ID) return false;
-  const vec2 u = vertex_random(path, block_seed, PAIR_LIGHTS + slot % LAST_SHARED_PAIR);
-  return path_sample_light(WAVE.scene, index, path, s, bsdf, lobe, wo, u, scale, ray);
+  const vec2 u = vertex_random(path, block_seed, lamp_pair(slot));
+  return path_sample_light(SCENE, index, path, s, bsdf, lobe, wo, u, scale, ray);
 }
 
-// The contribution is wave_shade.comp's, where the ray has one.
+// The contribution is shade.comp's, where the ray has one.
 void send_sky(uint lane, PathState path, Surface s, uint block_seed) {
   const uint place = push.sky_slot * WAVE.lanes + lane;
   ShadowRay ray;
-  occlusion_ray(WAVE.scene, s, vertex_random(path, block_seed, PAIR_OCCLUSION), WAVE.occlusion_distance, ray);
-  if (flag(WAVE_AMBIENT_OCCLUDED)) ray.contribution = WAVE.shadow_rays.v[place].contribution;
+  occlusion_ray(SCENE, s, vertex_random(path, block_seed, PAIR_OCCLUSION), JOB.occlusion_distance, ray);
+  if (FLAG(JOB_AMBIENT_OCCLUDED)) ray.contribution = WAVE.shadow_rays.v[place].contribution;
   STORE(WAVE.shadow_rays, place, ray);
   STORE(WAVE.shadows_queue, append(WAVE_SHADOWS), place);
 }
@@ -36,19 +32,19 @@ void send_to_lights(uint lane, PathState path, Surface s, uint block_seed) {
   Lobe lobe;
   if (FEATURE(FEATURE_LOBES)) lobe = LOAD(WAVE.lobes, lane);
   const vec3 wo = -WAVE.rays.v[lane].direction;
-  const bool emitters = FEATURE(FEATURE_EMISSIVE_MESHES) && WAVE.scene.emitter_count > 0u;
+  const bool emitters = FEATURE(FEATURE_EMISSIVE_MESHES) && SCENE.emitter_count > 0u;
   const uint lamp_slots = push.light_slots - (emitters ? 1u : 0u);
   const vec2 pick = vertex_random(path, block_seed, PAIR_PICK);
   for (uint slot = 0u; slot < push.light_slots; ++slot) {
     ShadowRay ray;
     bool sent;
     if (FEATURE(FEATURE_TOON)) {
-      sent = toon_light_ray(WAVE.scene, slot, s, ray);
+      sent = toon_light_ray(SCENE, slot, s, ray);
     } else if (slot < lamp_slots) {
-      sent = sample_lamp(slot, lamp_slots, pick.x, block_seed, path, s, bsdf, lobe, wo, ray);
+      sent = sample_lamp(lane, slot, lamp_slots, pick.x, block_seed, path, s, bsdf, lobe, wo, ray);
     } else {
       const vec2 u = vertex_random(path, block_seed, PAIR_EMITTER);
-      sent = path_sample_emitter(WAVE.scene, path, s, bsdf, lobe, wo, pick.y, u, ray);
+      sent = path_sample_emitter(SCENE, path, s, bsdf, lobe, wo, pick.y, u, ray);
     }
     const uint place = slot * WAVE.lanes + lane;
     if (!sent) {

@@ -4,7 +4,9 @@
 // Lanes that go on make up the queue of rays again.
 #version 460
 #extension GL_GOOGLE_include_directive : require
-#include "stage.glsl"
+#include "lane.glsl"
+#include "stage/arrive.h"
+#include "stage/leave.h"
 #include "whitted.glsl"
 
 void gather_lights(uint lane) {
@@ -13,35 +15,20 @@ void gather_lights(uint lane) {
     const float share = WAVE.shadow_rays.v[place].t_max;
     if (share == SHADOW_NONE) continue;
     const vec3 contribution = WAVE.shadow_rays.v[place].contribution;
-    if (share > 0.0f) add_light(lane, contribution * share, WAVE.shadow_rays.v[place].group);
-    if (FEATURE(FEATURE_DATA_PASSES) && push.bounce == 0u) {
-      const float l = luminance(contribution);
-      WAVE.records.v[lane].unshadowed += l;
-      WAVE.records.v[lane].lit += l * share;
-    }
+    arrive(lane, push.bounce == 0u, contribution, vec3(share), WAVE.shadow_rays.v[place].group);
   }
 }
 
-// Toon: the tone of the lamps that light the point fully.
+// Toon: the lamps that light the point fully are counted.
 void gather_tone(uint lane) {
   uint lit = 0u;
   for (uint slot = 0u; slot < push.light_slots; ++slot) {
     lit += WAVE.shadow_rays.v[slot * WAVE.lanes + lane].t_max >= 0.5f ? 1u : 0u;
   }
   const uint id = WAVE.surfaces.v[lane].material;
-  Material material = LOAD(WAVE.scene.materials, id);
+  Material material = LOAD(SCENE.materials, id);
   material.base_color = LOAD(WAVE.base_colors, lane);
-  add_light(lane, toon_color(material, LOAD(WAVE.scene.classic, id), lit, push.light_slots), -1);
-}
-
-void gather_sky(uint lane) {
-  const uint place = push.sky_slot * WAVE.lanes + lane;
-  const float sky = WAVE.shadow_rays.v[place].t_max;
-  if (FEATURE(FEATURE_DATA_PASSES) && flag(WAVE_OCCLUSION_PASS) && push.bounce == 0u) {
-    WAVE.records.v[lane].occlusion = sky;
-  }
-  if (flag(WAVE_AMBIENT_OCCLUDED)) add_light(lane, WAVE.shadow_rays.v[place].contribution * sky, -1);
-  if (flag(WAVE_OCCLUSION_PICTURE)) WAVE.samples.v[lane].radiance = vec3(sky);
+  tone_arrives(lane, id, material, lit);
 }
 
 void gather(uint lane) {
@@ -50,7 +37,10 @@ void gather(uint lane) {
   } else {
     gather_lights(lane);
   }
-  if (FEATURE(FEATURE_OCCLUSION) && push.sky_slot != INVALID_ID) gather_sky(lane);
+  if (FEATURE(FEATURE_OCCLUSION) && push.sky_slot != INVALID_ID) {
+    const uint place = push.sky_slot * WAVE.lanes + lane;
+    sky_arrives(lane, push.bounce == 0u, WAVE.shadow_rays.v[place].contribution, WAVE.shadow_rays.v[place].t_max);
+  }
 }
 
 void main() {
@@ -72,14 +62,12 @@ void main() {
   const uint block_seed = pixel_of(lane).block_seed;
   const vec2 u = vertex_random(path, block_seed, PAIR_BSDF);
   const vec2 choice = vertex_random(path, block_seed, PAIR_CHOICE);
+  BsdfSample b;
+  scattering_sample(SCENE, bsdf, lobe, wo, choice.x, u, b);
   CameraRay ray;
   ray.t_min = 0.0f;
   ray.t_max = INFINITE_DISTANCE;
-  if (!path_bounce(WAVE.scene, WAVE.integrator, path, s, bsdf, lobe, wo, u, choice, ray.origin, ray.direction)) return;
-  // A last ray can only bring light home: where there is none to find, it need not be traced.
-  const bool finds =
-      FEATURE(FEATURE_BSDF_RAYS) && (flag(WAVE_LAST_RAYS_FIND_LIGHT) || (path.ray_kind & RAY_MEETS_LAMPS) != 0u);
-  if (!finds && path_is_last(WAVE.integrator, path)) return;
+  if (!go_on(lane, path, s, bsdf.lobes, wo, b, choice.y, ray.origin, ray.direction)) return;
   STORE(WAVE.paths, lane, path);
   STORE(WAVE.rays, lane, ray);
   STORE(WAVE.rays_queue, append(WAVE_RAYS), lane);

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Stage 1: the camera rays of new samples. Lane i takes sample i % sample_count of pixel i / sample_count.
-// What they meet is found by wave_trace.comp.
+// What they meet is found by trace.comp.
 #version 460
 #extension GL_GOOGLE_include_directive : require
-#include "stage.glsl"
+#include "lane.glsl"
 #include "whitted.glsl"
 
 void clear_record(uint lane) {
@@ -31,8 +31,8 @@ void clear_terms(uint lane) {
   terms.d = 0.0f;
   terms.g = 0.0f;
   terms.f = vec3(0.0f);
-  if (flag(WAVE_TERMS_PASS)) STORE(WAVE.terms, lane, terms);
-  for (uint l = 0u; l < WAVE.lamp_passes; ++l) STORE(WAVE.lamps, lane * WAVE.lamp_passes + l, vec3(0.0f));
+  if (FLAG(JOB_TERMS_PASS)) STORE(WAVE.terms, lane, terms);
+  for (uint l = 0u; l < JOB.lamp_passes; ++l) LAMP_LIGHT(lane, l) = vec3(0.0f);
 }
 
 void main() {
@@ -42,7 +42,7 @@ void main() {
   const uint sample_number = push.first_sample + lane % push.sample_count;
   const uint random = sampler_index(pixel.x, pixel.y, sample_number, WAVE.sample_bits);
   const vec2 u = sampler_pair(random, sampler_pair_seed(pixel.block_seed, PAIR_FILTER));
-  const CameraData camera = WAVE.camera;
+  const CameraData camera = JOB.camera;
   FloatBuffer filter_table = WAVE.scene.filter_table;
   WaveSample s;
   s.radiance = vec3(0.0f);
@@ -61,6 +61,6 @@ void main() {
   if (FEATURE(FEATURE_DATA_PASSES)) clear_record(lane);
   if (FEATURE(FEATURE_TERMS)) clear_terms(lane);
   if (FEATURE(FEATURE_LIGHT_GROUPS)) {
-    for (uint g = 0u; g < WAVE.light_groups; ++g) STORE(WAVE.groups, lane * WAVE.light_groups + g, vec3(0.0f));
+    for (uint g = 0u; g < JOB.light_groups; ++g) GROUP_LIGHT(lane, g) = vec3(0.0f);
   }
 }

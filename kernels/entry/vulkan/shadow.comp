@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Stage 5: does anything stand between the surface and the light? The one place where shadow rays are traced.
+// The light itself is added by bounce.comp. Compiled twice, as trace.comp is.
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#include "lane.glsl"
+#include "stage/through.h"
+#include "trace.glsl"
+
+void main() {
+  if (beyond(WAVE_SHADOWS)) return;
+  const uint place = LOAD(WAVE.shadows_queue, gl_GlobalInvocationID.x);
+  ShadowRay ray = LOAD(WAVE.shadow_rays, place);
+  const bool to_light = place / WAVE.lanes != push.sky_slot;  // glass hides the sky
+  const bool through_glass = FEATURE(FEATURE_WHITTED) && FLAG(JOB_TRANSPARENT_SHADOWS) && to_light;
+  // Any surface will do, unless light may come through it.
+  const bool any = !FEATURE(FEATURE_TRANSPARENCY) && !through_glass;
+  const uint lane = place % WAVE.lanes;
+  Passage passage;
+  passage.light = ray.contribution;
+  passage.kept = vec3(1.0f);
+  passage.crossed = WAVE.paths.v[lane].transparent_bounces;
+  passage.panes = 0u;
+  float t_min = 0.0f;
+  Hit hit;
+  while (trace(ray.origin, ray.direction, t_min, ray.t_max, ray.visibility, any, hit)) {
+    if (shadow_passes(lane, hit, through_glass, ray, t_min, passage)) continue;
+    passage.kept = vec3(0.0f);
+    break;
+  }
+  const vec3 kept = passage.kept;
+  vec3 light = passage.light;
+  // What has a colour dims the light itself; the rest is the share that arrives.
+  const float arrived = max_component(kept);
+  WAVE.shadow_rays.v[place].t_max = arrived;
+  if (arrived > 0.0f && min(kept.x, min(kept.y, kept.z)) < arrived) light = light * (kept * (1.0f / arrived));
+  // A pane is not a shadow: what it takes away is missing from the light that could arrive, too.
+  if ((through_glass || FEATURE(FEATURE_PROGRAMS)) && arrived > 0.0f) WAVE.shadow_rays.v[place].contribution = light;
+}

@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// What a path's ray met: lamps on its way, the background, a surface that emits; and what passes tell of the first
+// surface. LANE and the names in capitals are the device's (cpu_lane.h, entry/vulkan/lane.glsl).
+#ifndef COTORRA_STAGE_MEET_H
+#define COTORRA_STAGE_MEET_H
+
+#include "../lamp_terms.h"
+#include "arrive.h"
+
+#ifdef __cplusplus
+namespace cotorra {
+#endif
+
+// Lamps on the first t metres of the ray; it goes on behind them.
+FN void meet_lights(LANE lane, IN(PathState) path, vec3 origin, vec3 direction, float t) {
+  for (uint l = 0u; l < SCENE.light_count; ++l) {
+    int group;
+    const vec3 seen = path_meet_light(SCENE, l, path, origin, direction, t, group);
+    if (is_black(seen)) continue;
+    add_light(lane, seen, group);
+    if (FEATURE(FEATURE_DATA_PASSES) && path.bounce == 0u) NOTE_EMISSION(lane, seen);
+  }
+}
+
+// The ray met no surface. Those that let it through on its way are none either: behind them the film is transparent.
+FN void escape(LANE lane, IN(PathState) path, vec3 direction) {
+  if (FEATURE(FEATURE_WORLD)) {
+    const vec3 world = path_escape(SCENE, path, direction);
+    if (FEATURE(FEATURE_DATA_PASSES) && path.bounce == 0u) NOTE_ENVIRONMENT(lane, world);
+    if (path.bounce > 0u || !FLAG(JOB_TRANSPARENT)) add_light(lane, world, SCENE.world_group);
+  }
+  if (path.bounce == 0u) ALPHA(lane) = 0.0f;
+}
+
+// Adds the light of what the ray met on its way and, behind it, of the background. Returns whether it met a surface.
+FN bool meet(LANE lane, IN(PathState) path, vec3 origin, vec3 direction, IN(Hit) hit) {
+  const bool missed = hit.instance == INVALID_ID;
+  const bool meets = path.bounce > 0u ? FEATURE(FEATURE_BSDF_RAYS) : FLAG(JOB_CAMERA_MEETS_LIGHTS);
+  if (FEATURE(FEATURE_VISIBLE_LIGHTS) && meets) {
+    meet_lights(lane, path, origin, direction, missed ? INFINITE_DISTANCE : hit.t);
+  }
+  if (missed) escape(lane, path, direction);
+  return !missed;
+}
+
+// Adds what the surface itself emits; `material` is the scene's record.
+FN void add_emission(LANE lane, IN(PathState) path, IN(Surface) s, IN(Material) material, vec3 direction) {
+  if ((material.flags & MATERIAL_EMISSIVE) == 0u) return;
+  const vec3 emitted = path_emission(SCENE, path, s, material, -direction, s.t);
+  add_light(lane, emitted, LOAD(SCENE.instances, s.instance).light_group);
+  if (FEATURE(FEATURE_DATA_PASSES) && path.bounce == 0u) NOTE_EMISSION(lane, emitted);
+}
+
+// Tells passes of a surface that scatters. Where paths go straight through, they tell of what is behind.
+FN void describe(LANE lane, IN(PathState) path, IN(Surface) s, IN(Material) material, vec3 weight, IN(Bsdf) bsdf,
+                 vec3 wo) {
+  if (path.bounce != 0u) return;
+  if (FEATURE(FEATURE_DATA_PASSES) && (bsdf.lobes & BSDF_THROUGH) == 0u) {
+    const Instance instance = LOAD(SCENE.instances, s.instance);
+    const vec2 offset = FILTER_OFFSET(lane);
+    FirstSurface first;
+    first.position = s.p;
+    first.depth = camera_depth(JOB.camera, s.p);
+    first.object_index = float(instance.pass_index);
+    first.material_index = float(material.pass_index);
+    first.distance2 = sqr(offset.x) + sqr(offset.y);
+    first.normal = s.n;
+    first.uv = surface_uv(SCENE, s);
+    first.uv_coverage = (LOAD(SCENE.meshes, instance.mesh).flags & MESH_HAS_UV) != 0u ? 1.0f : 0.0f;
+    first.diffuse_color = bsdf.diffuse * weight * PI;
+    NOTE_SURFACE(lane, first);
+  }
+  if (FEATURE(FEATURE_TERMS) && FLAG(JOB_TERMS_PASS)) {
+    float d;
+    float g;
+    vec3 f;
+    lamp_terms(SCENE, s.p, bsdf, wo, d, g, f);
+    NOTE_TERMS(lane, d, g, f);
+  }
+}
+
+#ifdef __cplusplus
+}  // namespace cotorra
+#endif
+
+#endif

@@ -1,0 +1,105 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// How the bodies of stages (kernels/stage/) reach the lane of a batch that they work on, as entry/vulkan/lane.glsl
+// tells it for a GPU; and these bodies. Included by cpu_kernel.cpp alone.
+#pragma once
+
+#include "cpu_visibility.h"
+
+namespace cotorra {
+namespace {
+
+// A lane, by its place in the batch, and the sample that it belongs to.
+struct Lane {
+  const Tracer &t;
+  std::size_t i;
+  uint slot;
+};
+
+Lane lane_at(const Tracer &t, std::size_t i) { return {t, i, t.batch.slot[i]}; }
+// For what concerns the sample alone.
+Lane lane_of_sample(const Tracer &t, std::size_t slot) { return {t, 0, static_cast<uint>(slot)}; }
+
+// ---- What passes are told. Records of the tile that is being sampled are sums already.
+
+std::size_t pixel_of(const Lane &lane) { return lane.t.batch.pixel[lane.slot]; }
+
+void note_emission(const Lane &lane, vec3 light) {
+  if (lane.t.job.passes.emission) lane.t.batch.staged.emission[pixel_of(lane)] += film_vector(light);
+}
+
+void note_environment(const Lane &lane, vec3 light) {
+  if (lane.t.job.passes.environment) lane.t.batch.staged.environment[pixel_of(lane)] += film_vector(light);
+}
+
+void note_shadow(const Lane &lane, float arrived, float sent) {
+  if (!lane.t.job.passes.shadow) return;
+  ShadowRecord &r = lane.t.batch.staged.shadow[pixel_of(lane)];
+  r.unshadowed += film_number(sent);
+  r.lit += film_number(arrived);
+}
+
+void note_sky(const Lane &lane, float sky) { lane.t.batch.staged.occlusion[pixel_of(lane)] += sky; }
+
+void note_terms(const Lane &lane, float d, float g, vec3 f) {
+  TermRecord &r = lane.t.batch.staged.terms[pixel_of(lane)];
+  r.d += film_number(d);
+  r.g += film_number(g);
+  r.f += film_vector(f);
+}
+
+void note_surface(const Lane &lane, const FirstSurface &first) {
+  const PassSelection &passes = lane.t.job.passes;
+  FilmTile &staged = lane.t.batch.staged;
+  if (passes.nearest) {
+    NearestRecord &r = staged.nearest[pixel_of(lane)];
+    if (first.distance2 < r.distance2) {
+      r.distance2 = first.distance2;
+      r.depth = film_number(first.depth);
+      r.position = film_vector(first.position);
+      r.object_index = first.object_index;
+      r.material_index = first.material_index;
+    }
+  }
+  if (passes.surface) {
+    SurfaceRecord &r = staged.surface[pixel_of(lane)];
+    r.normal += film_vector(first.normal);
+    r.uv = r.uv + vec2(film_number(first.uv.x), film_number(first.uv.y));
+    r.uv_coverage += first.uv_coverage;
+    r.diffuse_color += film_vector(first.diffuse_color);
+  }
+}
+
+// Whitted's rays wait by depth; see cpu_whitted.h.
+void push_ray(const Lane &lane, const PendingRay &ray) {
+  lane.t.batch.classic->pending[ray.path.bounce].push_back(ray);
+}
+
+}  // namespace
+}  // namespace cotorra
+
+#define LANE const Lane &
+#define SCENE (*lane.t.job.scene)
+#define JOB lane.t.data
+#define FLAG(BIT) ((JOB.flags & (BIT)) != 0u)
+#define SLOT(lane) (lane).slot
+#define RADIANCE(lane) (lane).t.batch.radiance[(lane).slot]
+#define ALPHA(lane) (lane).t.batch.alpha[(lane).slot]
+#define FILTER_OFFSET(lane) vec2((lane).t.batch.u[(lane).slot], (lane).t.batch.v[(lane).slot])
+#define GROUP_LIGHT(lane, group) (lane).t.batch.groups[(lane).slot * JOB.light_groups + (group)]
+#define LAMP_LIGHT(lane, lamp) (lane).t.batch.lamps[(lane).slot * JOB.lamp_passes + (lamp)]
+#define BSDF_OF(lane) (lane).t.batch.shading.bsdf((lane).i)
+#define LOBE_OF(lane) (lane).t.batch.shading.lobe_of((lane).i)
+#define MEDIUM(lane) (lane).t.batch.classic->medium[(lane).i]
+#define NOTE_EMISSION note_emission
+#define NOTE_ENVIRONMENT note_environment
+#define NOTE_SKY note_sky
+#define NOTE_SHADOW note_shadow
+#define NOTE_SURFACE note_surface
+#define NOTE_TERMS note_terms
+#define PUSH_RAY push_ray
+
+#include "../kernels/stage/arrive.h"
+#include "../kernels/stage/leave.h"
+#include "../kernels/stage/meet.h"
+#include "../kernels/stage/recursion.h"
+#include "../kernels/stage/through.h"
