@@ -39,9 +39,7 @@ def cases() -> list[object]:
 
 
 @pytest.mark.parametrize('shown, seed', cases())
-def test_a_tree_is_as_cycles_shows_it(
-    shown: str, seed: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_tree_is_as_cycles_shows_it(shown: str, seed: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(rendered, 'SAMPLES', SAMPLES[shown])
     scene = rendered.scene_of(getattr(Thicket(seed), shown))
     dress(scene.objects['Sphere'].data)
