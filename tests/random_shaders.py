@@ -43,9 +43,10 @@ LEFT_OUT = {
 }
 BASE = set(bpy.types.Node.bl_rna.properties.keys())
 # Properties that say what is shown in the editor, or that need data of their own.
-NOT_DRAWN = {'image', 'object', 'bytecode', 'script', 'filepath', 'mode', 'uv_map', 'attribute_name', 'layer_name',
-             'from_instancer', 'image_user', 'texture_mapping', 'color_mapping', 'mapping', 'color_ramp', 'parameterization',
-             'axis_normalization', 'use_custom_color'}  # fmt: skip
+NOT_DRAWN = set(
+    'image object bytecode script filepath mode uv_map attribute_name layer_name from_instancer image_user '
+    'texture_mapping color_mapping mapping color_ramp parameterization axis_normalization use_custom_color'.split()
+)
 
 
 def kinds() -> tuple[list[str], list[str]]:
