@@ -150,7 +150,8 @@ NORMALS = [
     ),
     Case(
         'emitters_textured',
-        'radiance = emitter_radiance(scene, LOAD(scene.emitters, index), vec2(0.5f * u, 0.5f * v), wo, 1.0f);',
+        'PathState path; path_begin(0u, path); '
+        'radiance = emitter_radiance(scene, path, LOAD(scene.emitters, index), vec2(0.5f * u, 0.5f * v), wo, 1.0f);',
         {'index': ('uint', integers(7)), 'u': UNIT, 'v': UNIT, 'wo': WO},
         {'radiance': 'vec3'},
         STEPS,

@@ -329,6 +329,14 @@ def test_drawn_trees_mean_what_inlined_ones_mean(seed: int, monkeypatch: pytest.
 # ---- Bad trees.
 
 
+@pytest.mark.skipif(bpy.app.version < (5, 2), reason='vectors of two numbers are 5.2’s')
+def test_a_vector_of_two_numbers_is_one_of_three() -> None:
+    material, made = emitted('RadialTiling', 'Segment Coordinates')
+    made.inputs['Vector'].default_value = (0.5, 0.25)
+    link(varying(material.node_tree), made.inputs['Sides'])
+    assert [0.5, 0.25, 0.0] in read(material).shader.constants.tolist()
+
+
 def test_a_loop_is_named_and_read() -> None:
     material, emission = new_material()
     tree = material.node_tree

@@ -124,7 +124,8 @@ class Reader:
         """A value that was typed in, of a socket of type `kind`."""
         if isinstance(own, str):
             own = 0.0
-        number = float(own) if isinstance(own, (int, float)) else tuple(own)[:3]
+        # Vectors have two to four numbers in Blender 5.
+        number = float(own) if isinstance(own, (int, float)) else (*tuple(own)[:3], 0.0)[:3]
         if not finite(number):
             self.warn(f'node "{self.feeds.name(socket.node)}": {socket.name} is not a finite number: 0 is used')
             number = (0.0, 0.0, 0.0) if isinstance(number, tuple) else 0.0

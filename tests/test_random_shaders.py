@@ -1,0 +1,54 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Random trees of all shader nodes, as light and as surfaces, beside the pictures of Cycles.
+
+COTORRA_TREES=300 scripts/test tests/test_random_shaders.py is the long run; how many CI tries is said here.
+"""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import bpy
+import pytest
+from cotorra import stats
+
+import test_shader_closures_rendered as rendered
+from metrics import same_image
+from random_shaders import Thicket, dress
+
+pytestmark = [
+    pytest.mark.usefixtures('engine'),
+    pytest.mark.skipif(bpy.app.version < (5, 0, 0), reason='the nodes are those of Blender 5.2'),
+]
+
+TREES = int(os.environ.get('COTORRA_TREES', '40'))
+# Of each half. Light has little noise, surfaces have more.
+SAMPLES = {'emission': 12, 'surface': 32}
+# What Cycles draws otherwise or not at all, by its seed; each was looked at.
+KNOWN: dict[tuple[str, int], str] = {}
+
+
+def cases() -> list[object]:
+    made = []
+    for seed in range(TREES):
+        case = ('emission', 'surface')[seed % 2], seed
+        marks = pytest.mark.xfail(strict=True, reason=KNOWN[case]) if case in KNOWN else ()
+        made.append(pytest.param(*case, marks=marks, id=f'{case[0]}-{seed}'))
+    return made
+
+
+@pytest.mark.parametrize('shown, seed', cases())
+def test_a_tree_is_as_cycles_shows_it(shown: str, seed: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(rendered, 'SAMPLES', SAMPLES[shown])
+    scene = rendered.scene_of(getattr(Thicket(seed), shown))
+    dress(scene.objects['Sphere'].data)
+    ours = rendered.picture(scene, 'COTORRA', tmp_path)
+    warnings = [text for layer in stats.last(scene.name) for text in layer.warnings]
+    theirs = rendered.picture(scene, 'CYCLES', tmp_path)
+    same = same_image(ours, theirs, rendered.LIMIT, rendered.TILE)
+    tree = scene.objects['Sphere'].active_material.node_tree
+    told = f'worst tile {same.worst}, of {[made.bl_idname for made in tree.nodes]}'
+    assert same.bad == 0, told
+    # What is not right is named.
+    assert same.beyond_noise == 0 or warnings, told
