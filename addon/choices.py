@@ -21,6 +21,28 @@ INTEGRATORS = (
     ('AO', 'Ambient Occlusion', 'How much of the sky each point sees within a distance, without any light'),
     ('TOON', 'Toon', 'Flat tones by the number of lamps that light a point fully, with outlines'),
 )
+# Whose settings hold where Cycles has one of the same meaning; see addon/cycles_settings.py.
+SETTINGS_FROM = (
+    ('AUTO', 'Automatic', "What was set for Cotorra, and the scene's settings for Cycles for all the rest"),
+    ('CYCLES', "Cycles'", "The scene's settings for Cycles: a file made for it is rendered as it would"),
+    ('COTORRA', "Cotorra's", 'Settings of its own, whatever those for Cycles are'),
+)
+# How pictures are denoised: identifiers as Cycles has them.
+DENOISING_INPUTS = (
+    ('RGB', 'None', 'The picture alone'),
+    ('RGB_ALBEDO', 'Albedo', 'And the colors of surfaces'),
+    ('RGB_ALBEDO_NORMAL', 'Albedo and Normal', 'And the colors and normals of surfaces'),
+)
+DENOISING_PREFILTERS = (
+    ('NONE', 'None', 'Albedo and normal count as free of noise'),
+    ('FAST', 'Fast', 'Albedo and normal may be noisy, and are denoised with the picture'),
+    ('ACCURATE', 'Accurate', 'Albedo and normal are denoised first'),
+)
+DENOISING_QUALITIES = (
+    ('HIGH', 'High', 'The best picture'),
+    ('BALANCED', 'Balanced', 'Between the two'),
+    ('FAST', 'Fast', 'The shortest time'),
+)
 DEVICES = (
     ('CPU', 'CPU', "All processor cores that Blender's thread setting allows"),
     ('VULKAN', 'GPU (Vulkan)', 'A graphics card with Vulkan 1.2'),
@@ -134,6 +156,7 @@ BOUNCES_MAX = 1024
 SHININESS_MAX = 1e6
 TOON_STEPS_MAX = 64
 WHITTED_DEPTH_MAX = 64
+SECONDS_MAX = 1e6
 THREADS_MAX = 1024
 SIZE_MAX = 65536
 FRAME_MAX = 1048574  # as in Blender

@@ -80,6 +80,20 @@ def parser() -> argparse.ArgumentParser:
     line.add_argument('--samples', type=whole(1, choices.SAMPLES_MAX), metavar='N', help='paths for each pixel')
     line.add_argument('--seed', type=whole(0, choices.SEED_MAX), metavar='N', help='another number, other noise')
     one_of(line, '--integrator', choices.INTEGRATORS, "{} (default: the file's; path where it was never set)")
+    line.add_argument(
+        '--denoise',
+        action=argparse.BooleanOptionalAction,
+        help='take the noise out with OpenImageDenoise (default: as the file says, demos: no)',
+    )
+    line.add_argument(
+        '--time-limit', type=seconds, metavar='S', help='stop each view layer after so many seconds, 0 for no limit'
+    )
+    one_of(
+        line,
+        '--settings',
+        choices.SETTINGS_FROM,
+        'whose settings hold: {} (default: those that were set for Cotorra, and for the rest those for Cycles)',
+    )
     one_of(line, '--model', choices.MODELS, 'render all materials with one reflection model: {}')
     devices = ', '.join(identifier.lower() for identifier, _, _ in choices.DEVICES)
     line.add_argument('--device', type=device, metavar='NAME', help=f'{devices}; vulkan:1 for the second graphics card')
@@ -111,6 +125,16 @@ def whole(lowest: int, highest: int) -> Any:
         return number
 
     return read
+
+
+def seconds(text: str) -> float:
+    try:
+        number = float(text)
+    except ValueError:
+        number = -1.0
+    if not 0.0 <= number <= choices.SECONDS_MAX:
+        raise argparse.ArgumentTypeError(f'{text!r} is no time from 0 to {choices.SECONDS_MAX:g} s')
+    return number
 
 
 def device(text: str) -> tuple[str, int]:
@@ -274,14 +298,23 @@ def apply(options: argparse.Namespace, scene: bpy.types.Scene) -> None:
 
 def apply_to_engine(options: argparse.Namespace, scene: bpy.types.Scene) -> None:
     """What the engine is told of a scene."""
+    from . import cycles_settings
+
     render = scene.render
     render.engine = choices.ENGINE
+    if options.settings is not None:
+        scene.cotorra.settings_from = options.settings
+    for name, option in (
+        ('samples', options.samples),
+        ('seed', options.seed),
+        ('use_denoising', options.denoise),
+        ('time_limit', options.time_limit),
+    ):
+        if option is not None:
+            cycles_settings.override(scene, name, option)
     if options.samples is not None:
-        scene.cotorra.samples = options.samples
         for layer in scene.view_layers:
             layer.samples = 0  # else the layer's own number would win
-    if options.seed is not None:
-        scene.cotorra.seed = options.seed
     if options.integrator is not None:
         scene.cotorra.integrator = options.integrator
     if options.model is not None:
@@ -307,7 +340,8 @@ def apply_format(options: argparse.Namespace, scene: bpy.types.Scene) -> None:
         image.color_mode = 'RGBA' if scene.render.film_transparent else 'RGB'
         return
     layers = [layer for layer in scene.view_layers if layer.use]
-    several = len(layers) > 1 or any(len(list(passes.requested(layer))) > 1 for layer in layers)
+    # The noisy image alone, beside a denoised one, is no reason for a file that few programs read.
+    several = len(layers) > 1 or any(len(list(passes.requested(layer, denoised=False))) > 1 for layer in layers)
     compat.set_image_format(image, 'OPEN_EXR_MULTILAYER' if several else 'OPEN_EXR')
     image.color_depth = '32'
     image.exr_codec = 'ZIP'

@@ -14,8 +14,24 @@ import bpy
 
 from .log import Log
 
-# Our settings in whose place the file's own for Cycles are read, by their path in the scene, where ours were never set.
+# Our settings in whose place the file's own for Cycles are read, by their path in the scene; see `source`.
 INHERITED = {
+    'samples': 'cycles.samples',
+    'use_adaptive_sampling': 'cycles.use_adaptive_sampling',
+    'noise_threshold': 'cycles.adaptive_threshold',
+    'adaptive_min_samples': 'cycles.adaptive_min_samples',
+    'time_limit': 'cycles.time_limit',
+    'seed': 'cycles.seed',
+    'use_animated_seed': 'cycles.use_animated_seed',
+    'clamp_direct': 'cycles.sample_clamp_direct',
+    'clamp_indirect': 'cycles.sample_clamp_indirect',
+    'filter_glossy': 'cycles.blur_glossy',
+    'reflective_caustics': 'cycles.caustics_reflective',
+    'refractive_caustics': 'cycles.caustics_refractive',
+    'use_denoising': 'cycles.use_denoising',
+    'denoising_inputs': 'cycles.denoising_input_passes',
+    'denoising_prefilter': 'cycles.denoising_prefilter',
+    'denoising_quality': 'cycles.denoising_quality',
     'max_bounces': 'cycles.max_bounces',
     'diffuse_bounces': 'cycles.diffuse_bounces',
     'glossy_bounces': 'cycles.glossy_bounces',
@@ -31,15 +47,12 @@ class Named:
 
     text:    what is said where it was changed.
     same:    the values with which both pictures are alike.
-    default: what is said where it has Cycles' default, which is not among them: in one line for all of these, as nobody
-             asked for it.
     matters: whether it can change the picture at all, by its owner and the scene.
     """
 
     name: str
     text: str
     same: tuple[object, ...] = (False,)
-    default: str = ''
     matters: Callable[[bpy.types.bpy_struct, bpy.types.Scene], bool] | None = None
 
 
@@ -83,24 +96,11 @@ ADAPTIVE = 'adaptive subdivision is not supported yet: the levels of its modifie
 GROUPS = {
     'CyclesRenderSettings': Group(
         read='max_bounces diffuse_bounces glossy_bounces transmission_bounces transparent_max_bounces '
-        'film_exposure filter_width pixel_filter_type use_layer_samples use_camera_cull use_distance_cull',
+        'film_exposure filter_width pixel_filter_type use_layer_samples use_camera_cull use_distance_cull '
+        'samples use_adaptive_sampling adaptive_threshold adaptive_min_samples time_limit seed use_animated_seed '
+        'sample_clamp_direct sample_clamp_indirect blur_glossy caustics_reflective caustics_refractive use_denoising '
+        'denoising_input_passes denoising_prefilter denoising_quality',
         named=(
-            Named('use_denoising', 'the picture is not denoised yet', default='denoising'),
-            Named(
-                'sample_clamp_indirect',
-                'indirect light is not clamped at {value:g} yet',
-                (0.0,),
-                'indirect light clamped at {value:g}',
-            ),
-            Named('sample_clamp_direct', 'direct light is not clamped at {value:g} yet', (0.0,)),
-            Named(
-                'blur_glossy',
-                'Filter Glossy {value:g} is not supported yet: reflections of rough light are not blurred',
-                (0.0,),
-                'Filter Glossy {value:g}',
-            ),
-            Named('caustics_reflective', 'reflective caustics are rendered: they cannot be switched off yet', (True,)),
-            Named('caustics_refractive', 'refractive caustics cannot be switched off yet', (True,)),
             Named('use_fast_gi', 'fast GI approximation is not supported yet: light bounces as it does without'),
             Named(
                 'film_transparent_glass',
@@ -108,7 +108,6 @@ GROUPS = {
                 matters=lambda _, scene: scene.render.film_transparent,
             ),
             Named('use_sample_subset', 'a sample subset is not supported yet: all samples are rendered'),
-            Named('time_limit', 'the time limit of {value:g} s is not kept yet: all samples are rendered', (0.0,)),
             Named('use_pixel_jitter', 'pixel jitter is not supported yet'),
             Named(
                 'texture_limit_render',
@@ -124,12 +123,11 @@ GROUPS = {
             ),
         ),
         idle={
-            NOISE: 'light_sampling_threshold use_adaptive_sampling adaptive_threshold adaptive_min_samples '
-            'use_light_tree min_light_bounces min_transparent_bounces *guiding* sampling_pattern '
-            '*scrambling_distance',
-            OWN: 'device samples seed use_animated_seed',
+            NOISE: 'light_sampling_threshold use_light_tree min_light_bounces min_transparent_bounces *guiding* '
+            'sampling_pattern *scrambling_distance',
+            OWN: 'device',
             VIEWPORT: 'preview_* use_preview_* texture_resolution texture_limit ao_bounces volume_preview_step_rate',
-            'without denoising, which is named': 'denoiser denoising_*',
+            'OpenImageDenoise on the CPU denoises': 'denoiser denoising_use_gpu',
             'without a sample subset, which is named': 'sample_offset sample_subset_length',
             'speed and memory': 'debug_* use_auto_tile tile_size',
             'read by builds for debugging only': 'direct_light_sampling_type',
@@ -292,7 +290,7 @@ GROUPS = {
         },
     ),
     'CyclesRenderLayerSettings': Group(
-        read='pass_debug_sample_count',
+        read='pass_debug_sample_count use_denoising denoising_store_passes',
         named=(
             _missed_pass('pass_render_time', 'Render Time'),
             _missed_pass('use_pass_volume_direct', 'Volume Direct'),
@@ -301,9 +299,8 @@ GROUPS = {
             _missed_pass('use_pass_volume_transmit', 'Volume Transmit'),
             _missed_pass('use_pass_volume_majorant', 'Volume Majorant'),
             _missed_pass('use_pass_shadow_catcher', 'Shadow Catcher'),
-            _missed_pass('denoising_store_passes', 'Denoising Data'),
         ),
-        idle={'denoising is named with the scene': 'use_denoising denoising_pass_*'},
+        idle={'nothing in Blender shows it': 'denoising_pass_*'},
     ),
     'ViewLayer': Group(
         read='use use_solid use_sky samples use_pass_*',
@@ -358,24 +355,36 @@ ALPHA_PASSES = (
 
 
 def source(scene: bpy.types.Scene, name: str) -> tuple[bpy.types.bpy_struct, str]:
-    """Whose property holds one of INHERITED, and its name: ours where it was set, else the one for Cycles."""
+    """Whose property holds one of INHERITED, and its name; `settings_from` of our settings decides.
+
+    AUTO: ours where it was set, else the one for Cycles; a scene that was never set up for us is rendered as Cycles
+    would.
+    """
+    own = scene.cotorra
+    if own.settings_from == 'COTORRA' or (own.settings_from == 'AUTO' and own.is_property_set(name)):
+        return own, name
     owner = scene
     *path, last = INHERITED[name].split('.')
     for part in path:
         owner = getattr(owner, part, None)  # there may be no world, and the Cycles add-on may be disabled
-    if owner is None or scene.cotorra.is_property_set(name):
-        return scene.cotorra, name
-    return owner, last
+    return (own, name) if owner is None else (owner, last)
 
 
 def inherited(scene: bpy.types.Scene, name: str) -> float:
     return getattr(*source(scene, name))
 
 
-def differences(
-    settings: bpy.types.bpy_struct | None, scene: bpy.types.Scene | None
-) -> Iterator[tuple[Named, object, bool]]:
-    """Settings of a group that change Cycles' picture and not ours, with their value, and whether it is the default.
+def override(scene: bpy.types.Scene, name: str, value: float) -> None:
+    """Set one of INHERITED so that it holds, whoever's property that is."""
+    if scene.cotorra.settings_from != 'CYCLES':
+        setattr(scene.cotorra, name, value)
+    else:
+        owner, theirs = source(scene, name)
+        setattr(owner, theirs, value)
+
+
+def differences(settings: bpy.types.bpy_struct | None, scene: bpy.types.Scene | None) -> Iterator[tuple[Named, object]]:
+    """Settings of a group that change Cycles' picture and not ours, with their value.
 
     scene: None where no setting of the group asks for it.
     """
@@ -386,7 +395,7 @@ def differences(
         if value in entry.same:
             continue
         if entry.matters is None or entry.matters(settings, scene):
-            yield entry, value, value == getattr(settings.bl_rna.properties[entry.name], 'default', None)
+            yield entry, value
 
 
 @cache
@@ -397,7 +406,7 @@ def _named(kind: type[bpy.types.bpy_struct]) -> tuple[Named, ...]:
 
 def warn_owner(owner: str, settings: bpy.types.bpy_struct | None, scene: bpy.types.Scene | None, log: Log) -> None:
     """Name the settings of `owner` ('Object "Cube"') whose picture we do not render."""
-    for entry, value, _ in differences(settings, scene):
+    for entry, value in differences(settings, scene):
         log.warning(f'{owner}: {entry.text.format(value=value)}')
 
 
@@ -417,17 +426,10 @@ def warn_world(world: bpy.types.World, scene: bpy.types.Scene, log: Log) -> None
     warn_owner(f'World "{world.name}"', getattr(world, 'cycles', None), scene, log)
 
 
-def warn_scene(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer, log: Log, tell_defaults: bool) -> None:
-    """The scene and the view layer; Cycles' own defaults among them in one line of information, where it is wanted."""
+def warn_scene(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer, log: Log) -> None:
+    """The scene and the view layer."""
     owner = f'Scene "{scene.name}"'
-    defaults = []
-    for entry, value, is_default in differences(getattr(scene, 'cycles', None), scene):
-        if is_default and entry.default:
-            defaults.append(entry.default.format(value=value))
-        else:
-            log.warning(f'{owner}: {entry.text.format(value=value)}')
-    if defaults and tell_defaults:
-        log.info(f"{owner}: of Cycles' defaults, these are not supported yet: {', '.join(defaults)}")
+    warn_owner(owner, getattr(scene, 'cycles', None), scene, log)
     warn_owner(owner, scene.render, scene, log)
     layer = f'View layer "{view_layer.name}"'
     warn_owner(layer, view_layer, scene, log)

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import bpy
 
-from . import choices, final_render, passes
+from . import choices, final_render, passes, settings
 
 
 class CotorraRenderEngine(bpy.types.RenderEngine):
@@ -19,7 +19,7 @@ class CotorraRenderEngine(bpy.types.RenderEngine):
     bl_use_eevee_viewport = True  # EEVEE draws the viewport's material preview, as it does for Cycles
 
     def update_render_passes(self, scene=None, renderlayer=None):
-        passes.register(self, scene, renderlayer)
+        passes.register(self, scene, renderlayer, settings.denoising(scene, renderlayer) is not None)
 
     def render(self, depsgraph):
         final_render.render_view_layer(self, depsgraph)

@@ -15,7 +15,7 @@ from typing import Any
 
 import bpy
 
-from . import export, lamps, native, passes, settings, stats, watch
+from . import denoise, export, lamps, native, passes, settings, stats, watch
 from .export.buffers import Camera, RenderSettings, SceneBuffers
 from .log import Cancelled, Log, spelled
 from .reporter import Reporter, position_in_frame
@@ -106,7 +106,9 @@ class RenderJob:
         self.scene = depsgraph.scene_eval
         self.layer = depsgraph.view_layer_eval
         self.result: bpy.types.RenderResult | None = None
-        self.film: dict[str, float | None] = {}  # see settings.film
+        self.film = passes.Film()
+        self.denoising: denoise.Denoising | None = None
+        self.time_limit = 0.0  # seconds, 0: none
         self.start = time.perf_counter()
         self.memory = stats.MemoryMeter()
         self.stats = stats.LayerStats(self.layer.name, self.scene.frame_current)
@@ -146,10 +148,13 @@ class RenderJob:
             raise ValueError(f'the camera renders {camera.region}, but Blender wants {size}')
         buffers = export.export_scene(self.depsgraph, self.scene, self.layer, self.log)
         sources = passes.native_sources(self.result, buffers.light_groups, lamps.pass_numbers(self.layer))
+        self.denoising = settings.denoising(self.scene, self.layer)
+        features = self.denoising.features() if self.denoising is not None else ()
         render_settings = settings.render_settings(
-            self.scene, self.layer, tuple(dict.fromkeys(sources.values())), self.log
+            self.scene, self.layer, tuple(dict.fromkeys([*sources.values(), *features])), self.log
         )
         self.film = settings.film(self.scene, self.log)
+        self.time_limit = settings.time_limit(self.scene, self.log)
         self.stats.describe(size, self.scene.cotorra.device, render_settings)
         self.stats.sync_seconds = time.perf_counter() - began
         self.memory.sample()
@@ -182,10 +187,13 @@ class RenderJob:
                 self.render(session, render_settings, sources)
             except module.DeviceError as error:
                 if session.progress() > 0.0:
-                    passes.write(session, self.result, sources, render_settings.samples, **self.film)
+                    passes.write(session, self.result, sources, render_settings.samples, self.film)
                 self.fall_back(module, native_scene, render_settings, error, session)
                 session.continue_on_cpu()
                 self.render(session, render_settings, sources)
+            self.tell_of_clamping(session)
+            if self.denoising is not None:
+                self.denoise(session, self.denoising)
         finally:
             session.cancel()
             self.stats.take(session)
@@ -228,6 +236,7 @@ class RenderJob:
 
     def render(self, session: Any, render_settings: RenderSettings, sources: dict[str, str]) -> None:
         film = self.film
+        began, late = time.perf_counter(), False
         show_pictures = in_window()
         next_picture, pause = time.perf_counter() + FIRST_PICTURE_SECONDS, PICTURE_SECONDS
         session.start()
@@ -236,18 +245,52 @@ class RenderJob:
                 session.cancel()
                 continue
             now = time.perf_counter()
+            late = late or (0.0 < self.time_limit <= now - began and session.samples_done() > 0)
+            if late:
+                session.cancel()
+                continue
             picture_due = show_pictures and now >= next_picture
             if picture_due:
-                passes.write(session, self.result, sources, render_settings.samples, only='Combined', **film)
+                passes.write(session, self.result, sources, render_settings.samples, film, only='Combined')
                 self.engine.update_result(self.result)
                 cost = time.perf_counter() - now
                 next_picture = now + cost + max(pause, PICTURE_COST * cost)
                 pause = min(pause * PICTURE_GROWTH, PICTURE_SECONDS_MAX)
             self.reporter.rendering(session, render_settings.samples, redrawn=picture_due)
-        passes.write(session, self.result, sources, render_settings.samples, **film)
+        passes.write(session, self.result, sources, render_settings.samples, film)
         self.reporter.rendering(session, render_settings.samples, last=True)
-        if session.progress() < 1.0:
+        if late and session.progress() < 1.0:
+            self.log.info(
+                f'The time limit of {self.time_limit:g} s ended the render after {session.samples_done()} of '
+                f'{render_settings.samples} samples'
+            )
+        elif session.progress() < 1.0:
             self.log.checkpoint()
+
+    def tell_of_clamping(self, session: Any) -> None:
+        """How much light the file's limits against fireflies took out of the picture, where the device counts it."""
+        figures = session.stats()
+        light, held = figures.get('light', 0.0), figures.get('held_light', 0.0)
+        if held > 0.0:
+            self.log.info(f'Clamping held back {100.0 * held / light:.2g} % of the light')
+
+    def denoise(self, session: Any, how: denoise.Denoising) -> None:
+        """Replace Combined, which stays as it is where that is stopped or cannot be done."""
+        self.reporter.phase('Denoising')
+        began = time.perf_counter()
+        pixels = passes.read(session, self.result, 'combined')
+        features = {name: passes.read(session, self.result, name) for name in how.features()}
+        try:
+            clean = interruptible(
+                native.load(), self.log, lambda stop: denoise.denoised(pixels[..., :3], features, how, stop)
+            )
+        except denoise.DenoiseError as error:
+            self.log.warning(f'The picture is not denoised: {error}')
+            return
+        self.log.checkpoint()
+        pixels[..., :3] = clean
+        passes.write_combined(self.result, pixels, self.film)
+        self.stats.denoise_seconds = time.perf_counter() - began
 
     def end(self, error: str) -> None:
         """Give the result back to Blender, with whatever is in it, and keep the figures."""

@@ -74,6 +74,7 @@ def load(path: Path) -> bpy.types.Scene:
         watch.message('WARNING', f'{path}: meshes without faces are not seen: {", ".join(faceless)}')
     if not any(item.type not in ('EMPTY', 'CAMERA', 'LIGHT') and item.name not in faceless for item in scene.objects):
         raise CommandError(f'{path}: nothing in it can be rendered')
+    scene.cotorra.settings_from = 'COTORRA'  # the file says nothing, and nobody asked for Cycles'
     return scene
 
 

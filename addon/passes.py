@@ -52,6 +52,13 @@ OWN_PASSES = (
     RenderPass('Cotorra F', 'term_f', 'RGB', 'COLOR', 'use_pass_fresnel'),
 )
 
+# As those, with Cycles' switch for what its denoiser is shown (`view_layer.cycles.denoising_store_passes`).
+DENOISING_PASSES = (
+    RenderPass('Denoising Albedo', 'denoising_albedo', 'RGB', 'COLOR', 'denoising_store_passes'),
+    RenderPass('Denoising Normal', 'denoising_normal', 'XYZ', 'VECTOR', 'denoising_store_passes'),
+)
+NOISY_IMAGE = 'Noisy Image'  # Combined as it was before it was denoised
+
 # Native passes that hold light, beside the light groups.
 LIGHT_PASSES = frozenset({'combined', 'emission', 'environment'})
 
@@ -76,8 +83,8 @@ NOT_RENDERED = {
 }
 
 
-def requested(view_layer: bpy.types.ViewLayer) -> Iterator[tuple[str, str, str]]:
-    """Name, channels and kind of each pass that the view layer asks for."""
+def requested(view_layer: bpy.types.ViewLayer, denoised: bool) -> Iterator[tuple[str, str, str]]:
+    """Name, channels and kind of each pass that the view layer asks for; `denoised`: its picture will be."""
     yield 'Combined', 'RGBA', 'COLOR'
     for entry in PASSES:
         if getattr(view_layer, entry.flag, False):
@@ -86,6 +93,11 @@ def requested(view_layer: bpy.types.ViewLayer) -> Iterator[tuple[str, str, str]]
         yield SAMPLE_COUNT, 'X', 'VALUE'
     for entry in OWN_PASSES:
         if getattr(view_layer.cotorra, entry.flag):
+            yield entry.name, entry.channels, entry.kind
+    if denoised:
+        yield NOISY_IMAGE, 'RGBA', 'COLOR'
+    for entry in DENOISING_PASSES:
+        if getattr(getattr(view_layer, 'cycles', None), entry.flag, False):
             yield entry.name, entry.channels, entry.kind
     for group in view_layer.lightgroups:
         yield LIGHT_GROUP_PREFIX + group.name, 'RGB', 'COLOR'
@@ -107,9 +119,11 @@ def missing(view_layer: bpy.types.ViewLayer) -> list[str]:
     return names + [f'AOV {aov.name}' for aov in view_layer.aovs]
 
 
-def register(engine: bpy.types.RenderEngine, scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer) -> None:
+def register(
+    engine: bpy.types.RenderEngine, scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer, denoised: bool
+) -> None:
     """Answer `update_render_passes`: the render result and the compositor's sockets are made from this."""
-    for name, channels, kind in requested(view_layer):
+    for name, channels, kind in requested(view_layer, denoised):
         engine.register_pass(scene, view_layer, name, len(channels), channels, kind)
 
 
@@ -121,13 +135,32 @@ def native_sources(
     lamp_passes: the native number of each pass that shows a lamp alone.
     """
     known = {compat.pass_name(entry.name): entry.native for entry in PASSES}
-    known |= {entry.name: entry.native for entry in OWN_PASSES}
+    known |= {entry.name: entry.native for entry in (*OWN_PASSES, *DENOISING_PASSES)}
     known |= {name: f'light:{number}' for name, number in lamp_passes.items()}
-    known['Combined'] = 'combined'
+    known['Combined'] = known[NOISY_IMAGE] = 'combined'
     known[SAMPLE_COUNT] = 'sample_count'
     for index, group in enumerate(light_groups):
         known[LIGHT_GROUP_PREFIX + group] = f'lightgroup:{index}'
     return {entry.name: known[entry.name] for entry in result.layers[0].passes if entry.name in known}
+
+
+@dataclass(frozen=True, slots=True)
+class Film:
+    """What becomes of light on its way into a pass.
+
+    exposure: factor on the passes that are light.
+    white:    where Combined is compressed by Reinhard's curve, the luminance that becomes 1.
+    """
+
+    exposure: float = 1.0
+    white: float | None = None
+
+    def develop(self, native: str, pixels: np.ndarray) -> None:
+        """Apply it in place to a native pass."""
+        if self.exposure != 1.0 and (native in LIGHT_PASSES or native not in NATIVE_CHANNELS):
+            pixels[..., :3] *= np.float32(self.exposure)
+        if native == 'combined' and self.white is not None:
+            reinhard(pixels[..., :3], self.white)
 
 
 def write(
@@ -135,35 +168,42 @@ def write(
     result: bpy.types.RenderResult,
     sources: dict[str, str],
     samples: int,
-    exposure: float = 1.0,
+    film: Film,
     only: str | None = None,
-    white: float | None = None,
 ) -> None:
     """Copy the session's pixels, as they are now, into the passes of the result's first layer.
 
     samples:  that a pixel takes at most; the sample count is written as a part of it, as Cycles does.
-    exposure: factor on the passes that are light.
     only:     the one pass to write, for a picture in between.
-    white:    where Combined is compressed by Reinhard's curve, the luminance that becomes 1.
     Row 0 is the bottom on both sides. A result with several views gets the same pixels in each.
     """
-    shape = (result.resolution_y, result.resolution_x)
     pixels: dict[str, np.ndarray] = {}
     for target in result.layers[0].passes:
         native = sources.get(target.name)
         if native is None or only not in (None, target.name):
             continue
         if native not in pixels:
-            out = np.zeros((*shape, NATIVE_CHANNELS.get(native, 3)), np.float32)
-            session.read(native, out)
+            out = read(session, result, native)
             if native == 'sample_count':
                 out /= np.float32(samples)
-            elif exposure != 1.0 and (native in LIGHT_PASSES or native not in NATIVE_CHANNELS):
-                out[..., :3] *= np.float32(exposure)
-            if native == 'combined' and white is not None:
-                reinhard(out[..., :3], white)
+            film.develop(native, out)
             pixels[native] = out
         target.rect.foreach_set(pixels[native].reshape(-1))
+
+
+def read(session: Any, result: bpy.types.RenderResult, native: str) -> np.ndarray:
+    """The state of a native pass, (height, width, channels)."""
+    out = np.zeros((result.resolution_y, result.resolution_x, NATIVE_CHANNELS.get(native, 3)), np.float32)
+    session.read(native, out)
+    return out
+
+
+def write_combined(result: bpy.types.RenderResult, pixels: np.ndarray, film: Film) -> None:
+    """Put another picture into Combined; `pixels`, which are changed, are as the session's."""
+    film.develop('combined', pixels)
+    for target in result.layers[0].passes:
+        if target.name == 'Combined':
+            target.rect.foreach_set(pixels.reshape(-1))
 
 
 def reinhard(pixels: np.ndarray, white: float) -> None:

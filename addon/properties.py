@@ -13,12 +13,17 @@ from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, Po
 from . import devices
 from .choices import (
     BOUNCES_MAX,
+    DENOISING_INPUTS,
+    DENOISING_PREFILTERS,
+    DENOISING_QUALITIES,
     DEVICE_INDEX_MAX,
     DEVICES,
     INTEGRATORS,
     RAY_TRACINGS,
     SAMPLES_MAX,
+    SECONDS_MAX,
     SEED_MAX,
+    SETTINGS_FROM,
     WHITTED_DEPTH_MAX,
 )
 from .light_settings import CotorraLightSettings
@@ -47,6 +52,13 @@ def choose_card(settings: bpy.types.PropertyGroup, number: int) -> None:
 
 
 class CotorraSceneSettings(bpy.types.PropertyGroup):
+    settings_from: EnumProperty(
+        name='Settings',
+        description='Whose settings hold for samples, bounces, clamping, caustics, denoising and the like',
+        items=SETTINGS_FROM,
+        default='AUTO',
+        update=tag_scene,
+    )
     samples: IntProperty(
         name='Samples',
         description='Paths that start in each pixel. Four times as many halve the noise',
@@ -181,6 +193,70 @@ class CotorraSceneSettings(bpy.types.PropertyGroup):
         min=0,
         max=SAMPLES_MAX,
         soft_max=4096,
+        update=tag_scene,
+    )
+
+    time_limit: FloatProperty(
+        name='Time Limit',
+        description='Stop after this time, at the first sample of each pixel at the earliest. 0 for no limit',
+        subtype='TIME_ABSOLUTE',
+        unit='TIME_ABSOLUTE',
+        default=0.0,
+        min=0.0,
+        max=SECONDS_MAX,
+        soft_max=3600.0,
+        update=tag_scene,
+    )
+
+    # Against fireflies: all of them take light away
+    clamp_direct: FloatProperty(
+        name='Direct Light',
+        description='Most light that one sample brings straight from a light, the mean of its channels. 0 for no limit',
+        default=0.0,
+        min=0.0,
+        soft_max=100.0,
+        update=tag_scene,
+    )
+    clamp_indirect: FloatProperty(
+        name='Indirect Light',
+        description='Most light that one sample brings after a bounce, the mean of its channels. 0 for no limit',
+        default=0.0,
+        min=0.0,
+        soft_max=100.0,
+        update=tag_scene,
+    )
+    filter_glossy: FloatProperty(
+        name='Filter Glossy',
+        description='Blur reflections that are seen by way of rough surfaces. 0 for none',
+        default=0.0,
+        min=0.0,
+        soft_max=10.0,
+        update=tag_scene,
+    )
+    reflective_caustics: switch('Reflective', 'Light that mirrors and gloss throw onto rough surfaces', True)
+    refractive_caustics: switch('Refractive', 'Light that glass throws onto rough surfaces', True)
+
+    # Denoising
+    use_denoising: switch('Denoise', 'Take the noise out of the picture with OpenImageDenoise, once it is rendered')
+    denoising_inputs: EnumProperty(
+        name='Passes',
+        description='What tells noise from detail',
+        items=DENOISING_INPUTS,
+        default='RGB_ALBEDO_NORMAL',
+        update=tag_scene,
+    )
+    denoising_prefilter: EnumProperty(
+        name='Prefilter',
+        description='What is done about noise in albedo and normal',
+        items=DENOISING_PREFILTERS,
+        default='ACCURATE',
+        update=tag_scene,
+    )
+    denoising_quality: EnumProperty(
+        name='Quality',
+        description='Quality of the denoised picture against time',
+        items=DENOISING_QUALITIES,
+        default='HIGH',
         update=tag_scene,
     )
 

@@ -8,14 +8,14 @@ from __future__ import annotations
 
 import bpy
 
-from . import cycles_settings, native, passes, stats
+from . import cycles_settings, native, passes
+from .denoise import Denoising
 from .export import bounds
 from .export.buffers import RenderSettings
 from .log import Log
 
 # Fields of RenderSettings that are called as the scene's properties.
 SAME_NAMES = (
-    'adaptive_min_samples',
     'device',
     'device_index',
     'integrator',
@@ -29,8 +29,20 @@ SAME_NAMES = (
     'outline_object',
 )
 # As those, numbers that Blender lets be NaN.
-NUMBERS = ('noise_threshold', 'ambient_strength', 'whitted_threshold', 'outline_width')
-BOUNCES = ('max_bounces', 'diffuse_bounces', 'glossy_bounces', 'transmission_bounces', 'transparent_bounces')
+NUMBERS = ('ambient_strength', 'whitted_threshold', 'outline_width')
+# Those in whose place Cycles' may hold; the second ones are numbers, too.
+INHERITED = (
+    'adaptive_min_samples',
+    'reflective_caustics',
+    'refractive_caustics',
+    'max_bounces',
+    'diffuse_bounces',
+    'glossy_bounces',
+    'transmission_bounces',
+    'transparent_bounces',
+)
+INHERITED_NUMBERS = ('ao_distance', 'clamp_direct', 'clamp_indirect', 'filter_glossy')
+DENOISED = ('PATH', 'DIRECT')  # integrators whose pictures are noisy in the way that denoisers know
 COLORS = ('ambient_color', 'outline_color')
 
 
@@ -38,34 +50,63 @@ def render_settings(
     scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer, native_passes: tuple[str, ...], log: Log
 ) -> RenderSettings:
     own = scene.cotorra
+    samples = _samples(scene, view_layer)
+    animated = cycles_settings.inherited(scene, 'use_animated_seed')
     return RenderSettings(
-        samples=_samples(scene, view_layer),
-        seed=own.seed + (scene.frame_current if own.use_animated_seed else 0) & 0xFFFFFFFF,
-        adaptive=own.use_adaptive_sampling,
+        samples=samples,
+        seed=cycles_settings.inherited(scene, 'seed') + (scene.frame_current if animated else 0) & 0xFFFFFFFF,
+        adaptive=cycles_settings.inherited(scene, 'use_adaptive_sampling'),
+        noise_threshold=_noise_threshold(scene, samples, log),
         transparent_film=scene.render.film_transparent,
         threads=scene.render.threads,
         passes=native_passes,
         cache=str(native.cache_folder()),
-        ao_distance=_number(*cycles_settings.source(scene, 'ao_distance'), scene, log),
-        **{name: cycles_settings.inherited(scene, name) for name in BOUNCES},
+        **{name: cycles_settings.inherited(scene, name) for name in INHERITED},
+        **{name: _inherited_number(scene, name, log) for name in INHERITED_NUMBERS},
         **{name: getattr(own, name) for name in SAME_NAMES},
         **{name: _number(own, name, scene, log) for name in NUMBERS},
         **{name: _color(own, name, scene, log) for name in COLORS},
     )
 
 
-def film(scene: bpy.types.Scene, log: Log) -> dict[str, float | None]:
-    """What passes.write does with the light of the film: Cycles' exposure, and the white of Reinhard's curve."""
+def film(scene: bpy.types.Scene, log: Log) -> passes.Film:
+    """Cycles' exposure, and the white of Reinhard's curve."""
     own, cycles = scene.cotorra, getattr(scene, 'cycles', None)  # absent where the Cycles add-on is disabled
-    return {
-        'exposure': 1.0 if cycles is None else _number(cycles, 'film_exposure', scene, log),
-        'white': _number(own, 'reinhard_white', scene, log) if own.use_reinhard else None,
-    }
+    return passes.Film(
+        exposure=1.0 if cycles is None else _number(cycles, 'film_exposure', scene, log),
+        white=_number(own, 'reinhard_white', scene, log) if own.use_reinhard else None,
+    )
+
+
+def denoising(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer) -> Denoising | None:
+    """How the picture is denoised; None where it stays as it is."""
+    owner, name = cycles_settings.source(scene, 'use_denoising')
+    layer = getattr(view_layer, 'cycles', None)
+    # Cycles has a switch for each view layer, beside the scene's.
+    wanted = getattr(owner, name) and (owner == scene.cotorra or layer is None or layer.use_denoising)
+    if not wanted or scene.cotorra.integrator not in DENOISED:
+        return None
+    how = {name: cycles_settings.inherited(scene, f'denoising_{name}') for name in ('inputs', 'prefilter', 'quality')}
+    return Denoising(threads=scene.render.threads, **how)
+
+
+def time_limit(scene: bpy.types.Scene, log: Log) -> float:
+    """Seconds after which rendering stops; 0: none."""
+    return _inherited_number(scene, 'time_limit', log)
+
+
+def _noise_threshold(scene: bpy.types.Scene, samples: int, log: Log) -> float:
+    """Where it is 0, Cycles takes one that suits the samples."""
+    return _inherited_number(scene, 'noise_threshold', log) or max(0.001, 1.0 / samples)
+
+
+def _inherited_number(scene: bpy.types.Scene, name: str, log: Log) -> float:
+    return _number(*cycles_settings.source(scene, name), scene, log)
 
 
 def _samples(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer) -> int:
     """The scene's samples, or the view layer's, as Cycles' setting for these says."""
-    scenes, layers = scene.cotorra.samples, view_layer.samples
+    scenes, layers = cycles_settings.inherited(scene, 'samples'), view_layer.samples
     use = getattr(getattr(scene, 'cycles', None), 'use_layer_samples', 'USE')
     if layers == 0 or use == 'IGNORE':
         return scenes
@@ -87,7 +128,6 @@ def _warner(scene: bpy.types.Scene, log: Log) -> bounds.Warn:
 
 def warn_left_out(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer, log: Log) -> None:
     """Name what the scene and the view layer ask for and will not get; objects and materials are the exporter's."""
-    first = not stats.last(scene.name)  # of the frame's view layers
-    cycles_settings.warn_scene(scene, view_layer, log, tell_defaults=first)
+    cycles_settings.warn_scene(scene, view_layer, log)
     for name in passes.missing(view_layer):
         log.warning(f'View layer "{view_layer.name}": pass "{name}" is not rendered yet')

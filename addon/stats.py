@@ -38,6 +38,7 @@ class LayerStats:
     sync_seconds: float = 0.0
     build_seconds: float = 0.0
     render_seconds: float = 0.0
+    denoise_seconds: float = 0.0
     total_seconds: float = 0.0
     rays: dict[str, int] = field(default_factory=dict)
     features: list[str] = field(default_factory=list)

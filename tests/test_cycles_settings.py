@@ -131,13 +131,8 @@ def _threshold(scene: bpy.types.Scene) -> None:
 
 
 NAMED = {
-    'clamp direct': (of_scene('sample_clamp_direct', 0.5), 'Scene "Scene": direct light is not clamped at 0.5'),
-    'clamp indirect': (of_scene('sample_clamp_indirect', 3.0), 'Scene "Scene": indirect light is not clamped at 3'),
-    'filter glossy': (of_scene('blur_glossy', 2.0), 'Scene "Scene": Filter Glossy 2'),
-    'caustics': (of_scene('caustics_reflective', False), 'Scene "Scene": reflective caustics'),
     'fast GI': (of_scene('use_fast_gi', True), 'Scene "Scene": fast GI'),
     'subset': (of_scene('use_sample_subset', True), 'Scene "Scene": a sample subset'),
-    'time': (of_scene('time_limit', 5.0), 'Scene "Scene": the time limit of 5 s'),
     'glass film': (_glass_film, 'Scene "Scene": transparent glass'),
     'motion blur': (lambda scene: setattr(scene.render, 'use_motion_blur', True), 'Scene "Scene": motion blur'),
     'camera culling': (lambda scene: _cull(scene, 'use_camera_cull'), 'Object "Square": camera culling'),
@@ -182,15 +177,9 @@ def test_what_changes_the_picture_is_named(scene, case):
     assert len(found) == 1 and found[0].startswith(words), found
 
 
-def test_defaults_are_no_warnings_but_one_line(scene):
+def test_defaults_are_no_warnings():
+    scene = factory_scene()
     shown = []
-    stats.clear(scene.name)
-    settings.warn_left_out(scene, scene.view_layers[0], Log(lambda level, text: shown.append((level, text))))
-    assert [level for level, _ in shown] == ['INFO']
-    for part in ('denoising', 'indirect light clamped at 10', 'Filter Glossy 1'):
-        assert part in shown[0][1]
-    scene.cycles.use_denoising, scene.cycles.sample_clamp_indirect, scene.cycles.blur_glossy = False, 0.0, 0.0
-    shown.clear()
     settings.warn_left_out(scene, scene.view_layers[0], Log(lambda level, text: shown.append((level, text))))
     assert shown == []
 
@@ -234,30 +223,103 @@ def rendered_with(scene: bpy.types.Scene) -> Any:
     return settings.render_settings(evaluated, scene.view_layers[0], ('combined',), Log())
 
 
-BOUNCES = {
-    'max_bounces': ('max_bounces', 7),
-    'diffuse_bounces': ('diffuse_bounces', 2),
-    'glossy_bounces': ('glossy_bounces', 3),
-    'transparent_bounces': ('transparent_max_bounces', 5),
+# Another value than the default of both, for each of our settings that Cycles has, too.
+OTHER = {
+    'samples': 100,
+    'use_adaptive_sampling': None,  # the two defaults differ
+    'noise_threshold': 0.05,
+    'adaptive_min_samples': 20,
+    'time_limit': 9.0,
+    'seed': 3,
+    'use_animated_seed': True,
+    'clamp_direct': 2.0,
+    'clamp_indirect': 3.0,
+    'filter_glossy': 0.5,
+    'reflective_caustics': False,
+    'refractive_caustics': False,
+    'use_denoising': None,
+    'denoising_inputs': 'RGB',
+    'denoising_prefilter': 'FAST',
+    'denoising_quality': 'BALANCED',
+    'max_bounces': 7,
+    'diffuse_bounces': 2,
+    'glossy_bounces': 3,
+    'transmission_bounces': 6,
+    'transparent_bounces': 5,
+    'ao_distance': 2.0,
 }
 
 
-def test_a_file_made_for_cycles_has_its_own_bounces(scene):
-    for _, (name, value) in BOUNCES.items():
-        setattr(scene.cycles, name, value)
-    found = rendered_with(scene)
-    assert found.integrator == 'PATH'
-    assert {name: getattr(found, name) for name in BOUNCES} == {name: value for name, (_, value) in BOUNCES.items()}
+def factory_scene() -> bpy.types.Scene:
+    """A scene as Blender makes it, with all of Cycles' defaults."""
+    bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
+    made = bpy.context.scene
+    made.world = bpy.data.worlds.new('World')
+    return made
 
 
-@pytest.mark.parametrize('name', BOUNCES)
-def test_what_is_set_for_us_holds(scene, name):
-    """The default of ours, too: it was set."""
+def test_all_that_may_be_inherited_is_tried():
+    assert OTHER.keys() == cycles_settings.INHERITED.keys()
+
+
+@pytest.mark.parametrize('name', OTHER)
+def test_a_file_made_for_cycles_has_its_own_settings(name):
+    """Untouched, as if we had none; where they were set, ours; and either for who asks for it."""
+    scene = factory_scene()
     default = scene.cotorra.bl_rna.properties[name].default
-    theirs, value = BOUNCES[name]
-    setattr(scene.cycles, theirs, value)
-    setattr(scene.cotorra, name, default)
-    assert default != value and getattr(rendered_with(scene), name) == default
+    theirs, path = cycles_settings.source(scene, name)
+    assert theirs != scene.cotorra
+    if OTHER[name] is not None:
+        setattr(theirs, path, OTHER[name])
+    value = pytest.approx(OTHER[name]) if isinstance(OTHER[name], float) else getattr(theirs, path)
+    assert value != default
+    assert cycles_settings.inherited(scene, name) == value
+    scene.cotorra.settings_from = 'COTORRA'
+    assert cycles_settings.inherited(scene, name) == default
+    scene.cotorra.settings_from = 'AUTO'
+    setattr(scene.cotorra, name, default)  # it was set, though to the default
+    assert cycles_settings.inherited(scene, name) == default
+    scene.cotorra.settings_from = 'CYCLES'
+    assert cycles_settings.inherited(scene, name) == value
+
+
+@pytest.mark.parametrize('settings_from', ['AUTO', 'CYCLES', 'COTORRA'])
+def test_what_the_command_line_says_holds(settings_from):
+    scene = factory_scene()
+    scene.cotorra.settings_from = settings_from
+    cycles_settings.override(scene, 'samples', 17)
+    assert rendered_with(scene).samples == 17
+
+
+def test_cycles_own_defaults_are_rendered():
+    """What presses on a new file: Cycles' values, in our words."""
+    scene = factory_scene()
+    found, cycles = rendered_with(scene), scene.cycles
+    assert found.integrator == 'PATH'
+    assert (found.samples, found.adaptive) == (cycles.samples, cycles.use_adaptive_sampling)
+    assert found.clamp_indirect == cycles.sample_clamp_indirect > 0.0 == found.clamp_direct
+    assert found.filter_glossy == cycles.blur_glossy > 0.0
+    assert settings.denoising(scene, scene.view_layers[0]) is not None
+
+
+def test_a_threshold_of_0_suits_the_samples(scene):
+    """As Cycles has it: 1 over the samples, but 0.001 at least."""
+    scene.cycles.adaptive_threshold = 0.0
+    for samples, threshold in ((50, 0.02), (4096, 0.001)):
+        scene.cotorra.samples = samples
+        assert rendered_with(scene).noise_threshold == pytest.approx(threshold)
+
+
+def test_a_view_layer_may_stay_noisy(scene):
+    scene.cycles.use_denoising = True
+    layer = scene.view_layers[0]
+    assert settings.denoising(scene, layer) is not None
+    layer.cycles.use_denoising = False
+    assert settings.denoising(scene, layer) is None
+    scene.cotorra.use_denoising = True  # ours has no such switch
+    assert settings.denoising(scene, layer) is not None
+    scene.cotorra.integrator = 'TOON'
+    assert settings.denoising(scene, layer) is None
 
 
 def test_animated_limits_hold(scene):

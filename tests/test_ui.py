@@ -11,7 +11,7 @@ from typing import Any
 
 import bpy
 import pytest
-from cotorra import choices, devices, native, stats, ui
+from cotorra import choices, cycles_settings, devices, native, stats, ui
 from cotorra.ui import render_panels
 
 from scenes import build
@@ -150,7 +150,7 @@ OWN = {
 @pytest.mark.parametrize('integrator', [identifier for identifier, _, _ in choices.INTEGRATORS])
 def test_an_integrator_shows_its_own_settings(integrator):
     scene = build.new_scene()
-    scene.cotorra.integrator = integrator
+    scene.cotorra.integrator, scene.cotorra.settings_from = integrator, 'COTORRA'
     own = ('integrator', 'ambient', 'outlines', 'light_paths', 'light_paths_max_bounces')
     panels = [f'COTORRA_RENDER_PT_{name}' for name in own]
     found = {name for panel in panels for name in drawn(panel)}
@@ -161,13 +161,19 @@ def test_an_integrator_shows_its_own_settings(integrator):
             assert not (names - OWN[integrator] - ambient) & found
 
 
-def test_limits_of_cycles_are_shown_where_they_hold():
-    scene, panel = build.new_scene(), 'COTORRA_RENDER_PT_light_paths_max_bounces'
-    assert not [text for text in drawn(panel) if 'Not set here' in text]  # they are the same
-    scene.cycles.max_bounces, scene.cycles.transparent_max_bounces = 3, 5
-    assert 'Not set here, so as for Cycles: Total 3, Transparent 5' in drawn(panel)
-    scene.cotorra.max_bounces = 12
-    assert 'Not set here, so as for Cycles: Transparent 5' in drawn(panel)
+@pytest.mark.parametrize('settings_from', ['AUTO', 'COTORRA'])
+def test_the_settings_that_hold_are_shown(settings_from):
+    """Cycles' own properties, where these are read: what is changed there counts."""
+    scene = build.new_scene()
+    scene.cotorra.settings_from, scene.cotorra.max_bounces = settings_from, 3
+    panels = ('sampling', 'sampling_denoise', 'sampling_seed', 'light_paths_max_bounces', 'light_paths_clamping')
+    panels += ('light_paths_caustics',)
+    found = {name for panel in panels for name in drawn(f'COTORRA_RENDER_PT_{panel}')}
+    shown = {cycles_settings.source(scene, name)[1] for name in cycles_settings.INHERITED}
+    if not scene.cycles.use_adaptive_sampling:
+        shown.discard(cycles_settings.source(scene, 'adaptive_min_samples')[1])
+    assert found & shown == shown - {'ao_distance', 'distance'}, shown - found
+    assert ('max_bounces' in found) and ('blur_glossy' in found) == (settings_from == 'AUTO')
 
 
 def test_lamps_show_falloff_and_edge():

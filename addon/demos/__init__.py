@@ -22,6 +22,7 @@ def build(name: str) -> bpy.types.Scene:
     scene = bpy.context.scene
     scene.name = name
     scene.render.engine = choices.ENGINE
+    scene.cotorra.settings_from = 'COTORRA'
     scene.render.resolution_x, scene.render.resolution_y = 640, 360
     scene.render.resolution_percentage = 100
     scene.view_settings.look = 'AgX - Medium High Contrast'

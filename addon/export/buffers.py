@@ -344,6 +344,8 @@ class RenderSettings:
     """What to render.
 
     integrator: one of choices.INTEGRATORS. max_bounces counts all, the others their kind; only PATH reads them.
+    clamp_direct, clamp_indirect: most that a contribution brings, the mean of its channels; 0: no limit. For DIRECT and
+        PATH. filter_glossy: as Cycles has it, 0: none.
     ambient_color to outline_object: as in properties.py.
     passes:     native pass names, see PASSES; 'combined' is always there.
     threads:    0 = all.
@@ -361,6 +363,11 @@ class RenderSettings:
     glossy_bounces: int = 4
     transmission_bounces: int = 12
     transparent_bounces: int = 8
+    clamp_direct: float = 0.0
+    clamp_indirect: float = 0.0
+    filter_glossy: float = 0.0
+    reflective_caustics: bool = True
+    refractive_caustics: bool = True
     adaptive: bool = False
     noise_threshold: float = 0.01
     adaptive_min_samples: int = 0
@@ -398,6 +405,8 @@ PASSES = {
     'object_index': 1,
     'material_index': 1,
     'diffuse_color': 3,
+    'denoising_albedo': 3,
+    'denoising_normal': 3,
     'emission': 3,
     'environment': 3,
     'shadow': 3,

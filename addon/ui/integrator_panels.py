@@ -8,8 +8,7 @@ from __future__ import annotations
 
 import bpy
 
-from .. import cycles_settings
-from .panel import CotorraPanel, HeadingPanel, split_layout, wrapped
+from .panel import CotorraPanel, HeadingPanel, setting, split_layout, wrapped
 
 
 class COTORRA_RENDER_PT_integrator(CotorraPanel, bpy.types.Panel):
@@ -45,6 +44,33 @@ class COTORRA_RENDER_PT_light_paths_max_bounces(BouncesPanel, bpy.types.Panel):
         BOUNCES[settings.integrator](split_layout(self), settings)
 
 
+class COTORRA_RENDER_PT_light_paths_clamping(BouncesPanel, bpy.types.Panel):
+    bl_label = 'Clamping'
+    bl_parent_id = 'COTORRA_RENDER_PT_light_paths'
+
+    def draw(self, context):
+        column = split_layout(self).column(align=True)
+        setting(column, context.scene, 'clamp_direct')
+        if context.scene.cotorra.integrator == 'PATH':
+            setting(column, context.scene, 'clamp_indirect')
+
+
+class COTORRA_RENDER_PT_light_paths_caustics(BouncesPanel, bpy.types.Panel):
+    bl_label = 'Caustics'
+    bl_parent_id = 'COTORRA_RENDER_PT_light_paths'
+
+    @classmethod
+    def poll(cls, context):
+        return super().poll(context) and context.scene.cotorra.integrator == 'PATH'
+
+    def draw(self, context):
+        layout = split_layout(self)
+        setting(layout, context.scene, 'filter_glossy')
+        column = layout.column(heading='Caustics', align=True)
+        setting(column, context.scene, 'reflective_caustics')
+        setting(column, context.scene, 'refractive_caustics')
+
+
 class COTORRA_RENDER_PT_ambient(CotorraPanel, bpy.types.Panel):
     bl_label = 'Ambient Light'
     bl_parent_id = 'COTORRA_RENDER_PT_integrator'
@@ -64,7 +90,7 @@ class COTORRA_RENDER_PT_ambient(CotorraPanel, bpy.types.Panel):
         row.prop(settings, 'use_ambient_occlusion', text='')
         distance = row.row()
         distance.active = settings.use_ambient_occlusion
-        distance.prop(settings, 'ao_distance', text='')
+        setting(distance, context.scene, 'ao_distance', text='')
 
 
 class COTORRA_RENDER_PT_outlines(CotorraPanel, bpy.types.Panel):
@@ -90,32 +116,20 @@ class COTORRA_RENDER_PT_outlines(CotorraPanel, bpy.types.Panel):
         where.prop(settings, 'outline_object')
 
 
-def draw_inherited(layout: bpy.types.UILayout, settings: bpy.types.PropertyGroup, *names: str) -> None:
-    """Settings in whose place those for Cycles hold until they are set, with these where they differ."""
-    used = {name: cycles_settings.inherited(settings.id_data, name) for name in names}
-    for name in names:
-        layout.prop(settings, name)
-    others = [name for name in names if used[name] != getattr(settings, name)]
-    if others:
-        shown = ', '.join(f'{settings.bl_rna.properties[name].name} {used[name]:g}' for name in others)
-        layout.label(text=f'Not set here, so as for Cycles: {shown}', icon='INFO')
-
-
 def draw_direct(layout: bpy.types.UILayout, settings: bpy.types.PropertyGroup) -> None:
-    draw_inherited(layout, settings, 'transparent_bounces')
+    setting(layout, settings.id_data, 'transparent_bounces')
 
 
 def draw_path(layout: bpy.types.UILayout, settings: bpy.types.PropertyGroup) -> None:
     bounces = layout.column(align=True)
-    draw_inherited(
-        bounces,
-        settings,
+    for name in (
         'max_bounces',
         'diffuse_bounces',
         'glossy_bounces',
         'transmission_bounces',
         'transparent_bounces',
-    )
+    ):
+        setting(bounces, settings.id_data, name)
 
 
 def draw_whitted(layout: bpy.types.UILayout, settings: bpy.types.PropertyGroup) -> None:
@@ -126,7 +140,7 @@ def draw_whitted(layout: bpy.types.UILayout, settings: bpy.types.PropertyGroup) 
 
 
 def draw_occlusion(layout: bpy.types.UILayout, settings: bpy.types.PropertyGroup) -> None:
-    draw_inherited(layout, settings, 'ao_distance')
+    setting(layout, settings.id_data, 'ao_distance')
 
 
 DRAW = {'WHITTED': draw_whitted, 'AO': draw_occlusion}
@@ -140,4 +154,6 @@ CLASSES = (
     COTORRA_RENDER_PT_outlines,
     COTORRA_RENDER_PT_light_paths,
     COTORRA_RENDER_PT_light_paths_max_bounces,
+    COTORRA_RENDER_PT_light_paths_clamping,
+    COTORRA_RENDER_PT_light_paths_caustics,
 )

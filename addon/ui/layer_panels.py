@@ -50,6 +50,9 @@ class COTORRA_VIEWLAYER_PT_passes_data(CotorraPanel, bpy.types.Panel):
         indices.prop(layer, 'use_pass_object_index')
         indices.prop(layer, 'use_pass_material_index')
         layout.column(heading='Debug').prop(layer.cotorra, 'use_pass_sample_count')
+        cycles = getattr(layer, 'cycles', None)
+        if cycles is not None:  # read as it is in a file made for Cycles
+            layout.column(heading='Denoising').prop(cycles, 'denoising_store_passes', text='Data')
 
 
 class COTORRA_VIEWLAYER_PT_passes_light(CotorraPanel, bpy.types.Panel):

@@ -10,6 +10,7 @@ import textwrap
 
 import bpy
 
+from .. import cycles_settings
 from ..choices import ENGINE
 
 LETTER_WIDTH = 6.5  # of Blender's font in pixels, on average and at a scale of 1
@@ -39,6 +40,12 @@ def split_layout(panel: bpy.types.Panel) -> bpy.types.UILayout:
     layout.use_property_split = True
     layout.use_property_decorate = False
     return layout
+
+
+def setting(layout: bpy.types.UILayout, scene: bpy.types.Scene, name: str, text: str | None = None) -> None:
+    """One of cycles_settings.INHERITED, whoever's it is: what is shown is what holds."""
+    owner, theirs = cycles_settings.source(scene, name)
+    layout.prop(owner, theirs, text=scene.cotorra.bl_rna.properties[name].name if text is None else text)
 
 
 def wrapped(layout: bpy.types.UILayout, context: bpy.types.Context, text: str, icon: str = 'INFO') -> None:

@@ -9,9 +9,9 @@ from __future__ import annotations
 import bpy
 from bl_ui.properties_grease_pencil_common import GreasePencilSimplifyPanel
 
-from .. import devices, native, stats
+from .. import cycles_settings, devices, native, settings, stats
 from ..choices import ENGINE
-from .panel import CotorraPanel, HeadingPanel, split_layout, wrapped
+from .panel import CotorraPanel, HeadingPanel, setting, split_layout, wrapped
 
 SHOWN_WARNINGS = 20
 
@@ -23,11 +23,11 @@ def draw_device(self, context):
     if context.engine != ENGINE:
         return
     layout = split_layout(self)
-    settings = context.scene.cotorra
-    layout.prop(settings, 'device')
-    if settings.device != 'CPU':
-        layout.prop(settings, 'graphics_card')
-        problem = devices.problem(settings.device_index)
+    own = context.scene.cotorra
+    layout.prop(own, 'device')
+    if own.device != 'CPU':
+        layout.prop(own, 'graphics_card')
+        problem = devices.problem(own.device_index)
         if problem:
             wrapped(layout, context, problem, 'ERROR')
 
@@ -81,22 +81,46 @@ class COTORRA_RENDER_PT_sampling(CotorraPanel, bpy.types.Panel):
 
     def draw(self, context):
         layout = split_layout(self)
-        settings = context.scene.cotorra
+        scene = context.scene
+        layout.prop(scene.cotorra, 'settings_from')
+        adaptive = cycles_settings.inherited(scene, 'use_adaptive_sampling')
         heading = layout.column(align=True, heading='Noise Threshold')
         row = heading.row(align=True)
-        row.prop(settings, 'use_adaptive_sampling', text='')
+        setting(row, scene, 'use_adaptive_sampling', text='')
         threshold = row.row()
-        threshold.active = settings.use_adaptive_sampling
-        threshold.prop(settings, 'noise_threshold', text='')
+        threshold.active = adaptive
+        setting(threshold, scene, 'noise_threshold', text='')
 
         column = layout.column(align=True)
-        if settings.use_adaptive_sampling:
-            column.prop(settings, 'samples', text='Max Samples')
-            column.prop(settings, 'adaptive_min_samples', text='Min Samples')
+        if adaptive:
+            setting(column, scene, 'samples', text='Max Samples')
+            setting(column, scene, 'adaptive_min_samples')
         else:
-            column.prop(settings, 'samples')
+            setting(column, scene, 'samples')
+        setting(column, scene, 'time_limit')
         if context.view_layer.samples:
             wrapped(layout, context, f'The view layer sets {context.view_layer.samples} samples')
+
+
+class COTORRA_RENDER_PT_sampling_denoise(CotorraPanel, bpy.types.Panel):
+    bl_label = 'Denoise'
+    bl_parent_id = 'COTORRA_RENDER_PT_sampling'
+    bl_options = {'DEFAULT_CLOSED'}
+
+    @classmethod
+    def poll(cls, context):
+        return super().poll(context) and context.scene.cotorra.integrator in settings.DENOISED
+
+    def draw_header(self, context):
+        setting(self.layout, context.scene, 'use_denoising', text='')
+
+    def draw(self, context):
+        layout = split_layout(self)
+        layout.active = bool(cycles_settings.inherited(context.scene, 'use_denoising'))
+        setting(layout, context.scene, 'denoising_inputs')
+        if cycles_settings.inherited(context.scene, 'denoising_inputs') != 'RGB':
+            setting(layout, context.scene, 'denoising_prefilter')
+        setting(layout, context.scene, 'denoising_quality')
 
 
 class COTORRA_RENDER_PT_sampling_seed(CotorraPanel, bpy.types.Panel):
@@ -107,10 +131,10 @@ class COTORRA_RENDER_PT_sampling_seed(CotorraPanel, bpy.types.Panel):
     def draw(self, context):
         layout = self.layout
         layout.use_property_split = True
-        settings = context.scene.cotorra
         row = layout.row(align=True)
-        row.prop(settings, 'seed')
-        row.prop(settings, 'use_animated_seed', text='', icon='TIME')
+        setting(row, context.scene, 'seed')
+        animated, name = cycles_settings.source(context.scene, 'use_animated_seed')
+        row.prop(animated, name, text='', icon='TIME')
 
 
 class COTORRA_RENDER_PT_film(CotorraPanel, bpy.types.Panel):
@@ -123,13 +147,13 @@ class COTORRA_RENDER_PT_film(CotorraPanel, bpy.types.Panel):
         if cycles is not None:  # read as it is in a file made for Cycles
             layout.prop(cycles, 'film_exposure')
         layout.prop(context.scene.render, 'film_transparent')
-        settings = context.scene.cotorra
+        own = context.scene.cotorra
         tone = layout.column(align=True, heading='Reinhard')
         row = tone.row(align=True)
-        row.prop(settings, 'use_reinhard', text='')
+        row.prop(own, 'use_reinhard', text='')
         white = row.row()
-        white.active = settings.use_reinhard
-        white.prop(settings, 'reinhard_white', text='')
+        white.active = own.use_reinhard
+        white.prop(own, 'reinhard_white', text='')
 
 
 class COTORRA_RENDER_PT_film_pixel_filter(CotorraPanel, bpy.types.Panel):
@@ -172,9 +196,9 @@ class COTORRA_RENDER_PT_performance_card(CotorraPanel, bpy.types.Panel):
 
     def draw(self, context):
         layout = split_layout(self)
-        settings = context.scene.cotorra
-        layout.prop(settings, 'ray_tracing')
-        layout.prop(settings, 'use_device_fallback')
+        own = context.scene.cotorra
+        layout.prop(own, 'ray_tracing')
+        layout.prop(own, 'use_device_fallback')
 
 
 class COTORRA_RENDER_PT_performance_final_render(CotorraPanel, bpy.types.Panel):
@@ -234,7 +258,12 @@ class COTORRA_RENDER_PT_simplify_greasepencil(CotorraPanel, GreasePencilSimplify
 
 
 # Among these come the panels of integrator_panels.py.
-FIRST_CLASSES = (COTORRA_RENDER_PT_warnings, COTORRA_RENDER_PT_sampling, COTORRA_RENDER_PT_sampling_seed)
+FIRST_CLASSES = (
+    COTORRA_RENDER_PT_warnings,
+    COTORRA_RENDER_PT_sampling,
+    COTORRA_RENDER_PT_sampling_denoise,
+    COTORRA_RENDER_PT_sampling_seed,
+)
 LAST_CLASSES = (
     COTORRA_RENDER_PT_film,
     COTORRA_RENDER_PT_film_pixel_filter,

@@ -11,7 +11,8 @@ import bpy
 # What is set and why, for the head of the report.
 RULES = (
     'same scene, resolution, threads, pixel filter, bounces (total = diffuse = glossy = transmission) for both',
-    'off in Cycles: adaptive sampling, denoising, clamping, Filter Glossy, light threshold, guiding, fast GI, tiling',
+    'off for both: adaptive sampling, denoising, clamping, Filter Glossy, time limit',
+    'off in Cycles: light threshold, guiding, fast GI, tiling',
     'on in Cycles: caustics, light tree (its default), automatic sampling pattern (its default)',
     'off for both: motion blur, compositor, sequencer, simplify, persistent data',
 )
@@ -66,8 +67,13 @@ def make_fair(scene: bpy.types.Scene, engine: str, bounces: int, size: tuple[int
         ours = scene.cotorra
         ours.device = 'CPU'
         ours.integrator = 'PATH' if bounces else 'DIRECT'
-        ours.use_adaptive_sampling = False
-        ours.max_bounces = ours.diffuse_bounces = ours.glossy_bounces = bounces
+        ours.settings_from = 'COTORRA'
+        ours.use_adaptive_sampling = ours.use_denoising = False
+        ours.time_limit = 0
+        ours.clamp_direct = ours.clamp_indirect = ours.filter_glossy = 0
+        ours.reflective_caustics = ours.refractive_caustics = True
+        ours.max_bounces = ours.diffuse_bounces = ours.glossy_bounces = ours.transmission_bounces = bounces
+        ours.transparent_bounces = 8
 
 
 def set_job(scene: bpy.types.Scene, samples: int, seed: int, output: str) -> None:

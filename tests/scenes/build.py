@@ -17,8 +17,11 @@ QUAD = [(-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0)]
 
 
 def new_scene() -> bpy.types.Scene:
-    """An empty file's scene, without camera, world and objects."""
+    """An empty file's scene, without camera, world and objects, and without what hides the noise of Cycles' renders."""
     bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
+    cycles = bpy.context.scene.cycles
+    cycles.samples, cycles.use_adaptive_sampling, cycles.use_denoising = 64, False, False
+    cycles.sample_clamp_indirect = cycles.blur_glossy = 0.0
     return bpy.context.scene
 
 
