@@ -251,14 +251,7 @@ def assert_as_cycles(scene: bpy.types.Scene, folder: Path) -> None:
     assert abs(same.total) <= TOTAL + 3 * same.total_noise, told
 
 
-# Sheen alone is 19 % brighter than that of Cycles where it faces the viewer. That its fit to the table of Cycles is the
-# cause was not measured yet.
-# A fault of ours that is not understood: most tiles of microfiber sheen are within 2 % of Cycles'. Strict, so that the
-# row fails once it is mended.
-KNOWN = {'sheen': pytest.mark.xfail(strict=True, reason='two tiles that face the viewer are 19 % too bright')}
-
-
-@pytest.mark.parametrize('name', [pytest.param(name, marks=KNOWN.get(name, ())) for name in SURFACES])
+@pytest.mark.parametrize('name', SURFACES)
 def test_a_surface_is_as_cycles_shows_it(name: str, tmp_path: Path) -> None:
     assert_as_cycles(scene_of(SURFACES[name]), tmp_path)
 
