@@ -122,6 +122,13 @@ def backfacing(tree: bpy.types.NodeTree) -> bpy.types.NodeSocket:
     return node(tree, 'NewGeometry').outputs['Backfacing']
 
 
+def checks(tree: bpy.types.NodeTree) -> bpy.types.NodeSocket:
+    found = node(tree, 'TexChecker')
+    found.inputs['Scale'].default_value = 4.0
+    tree.links.new(node(tree, 'TexCoord').outputs['Object'], found.inputs['Vector'])
+    return found.outputs['Fac']
+
+
 BLUE = (0.1, 0.3, 0.8, 1.0)
 DIFFUSE = bsdf('BsdfDiffuse', Color=BLUE)
 GLOSSY = bsdf('BsdfAnisotropic', Roughness=0.2)
@@ -167,6 +174,11 @@ SURFACES: dict[str, Surface] = {
     'displacement, steep': displaced(3.0, 1.0, DIFFUSE),
     'displacement, steep, of cloth': displaced(3.0, 1.0, bsdf('BsdfSheen', distribution='ASHIKHMIN')),
     'add': add(DIFFUSE, bsdf('Emission', Color=RED_GLASS, Strength=0.5)),
+    'add beside what is clear in places': add(
+        mix(checks, DIFFUSE, bsdf('BsdfTransparent')), bsdf('Emission', Color=RED_GLASS, Strength=0.3)
+    ),
+    'refraction that bends nothing': bsdf('BsdfRefraction', Roughness=0.5, IOR=1.0),
+    'glass, roughest': bsdf('BsdfGlass', Roughness=0.9),
     'add of glossy and transparent': add(bsdf('BsdfAnisotropic', Color=BLUE, Roughness=0.4), bsdf('BsdfTransparent')),
 }
 
