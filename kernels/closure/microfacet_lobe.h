@@ -95,7 +95,7 @@ FN vec3 microfacet_eval_local(FloatBuffer table, IN(Lobe) l, vec3 o, vec3 i, OUT
   pdf = 0.0f;
   const bool through = i.z < 0.0f;
   if (!(o.z > 0.0f) || i.z == 0.0f || microfacet_is_mirror(l)) return vec3(0.0f);
-  if (through && (l.kind == LOBE_REFLECTION || microfacet_is_straight(l))) return vec3(0.0f);
+  if (through && l.kind == LOBE_REFLECTION) return vec3(0.0f);
   // 1. The facet that leads from one to the other: mirrors, or refracts (Walter et al. 2007, eq. 13 and 16).
   vec3 h = through ? o + i * l.eta : o + i;
   if (h.z < 0.0f) h = -h;
@@ -104,8 +104,8 @@ FN vec3 microfacet_eval_local(FloatBuffer table, IN(Lobe) l, vec3 o, vec3 i, OUT
   float c_o = min(dot(o, h) * inverse, 1.0f);
   float c_i = dot(i, h) * inverse;
   // Cycles shines light through rough glass even between directions that no facet on this side refracts to each other,
-  // with the same formula: up to 13 % more. Samples never go there, so that the density is 0.
-  const bool stray = through && !(c_o > 0.0f && c_i < 0.0f);
+  // with the same formula: up to 13 % more; and where it bends no light. Samples never go there: the density is 0.
+  const bool stray = through && (microfacet_is_straight(l) || !(c_o > 0.0f && c_i < 0.0f));
   if (stray) {
     c_o = min(abs(c_o), 1.0f);
     c_i = -abs(c_i);
