@@ -30,14 +30,18 @@ void main() {
   const bool sees_through = FEATURE(FEATURE_WHITTED) && flag(WAVE_TRANSPARENT_SHADOWS) && to_light;
   uint crossed = WAVE.paths.v[place % WAVE.lanes].transparent_bounces;
   uint panes = 0u;
-  float t_min = 0.0f;
+  uvec2 left = uvec2(INVALID_ID, INVALID_ID);
+  if (WAVE.scene.starts_at_point != 0u) {
+    left = surface_left(WAVE.scene, LOAD(WAVE.surfaces, place % WAVE.lanes), ray.origin, ray.direction);
+  }
+  float t_min = ray_begin(left);
   vec3 kept = vec3(1.0f);  // share of the light that is left
   vec3 light = ray.contribution;
   while (true) {
     Hit hit;
     // Any surface will do, unless light may come through it.
     const bool any = !FEATURE(FEATURE_TRANSPARENCY) && !sees_through;
-    if (!trace(ray.origin, ray.direction, t_min, ray.t_max, ray.visibility, any, hit)) break;
+    if (!trace(ray.origin, ray.direction, t_min, ray.t_max, ray.visibility, any, left, hit)) break;
     vec3 share = vec3(0.0f);
     if (FEATURE(FEATURE_TRANSPARENCY)) share = hit_transparency(WAVE.scene, hit, ray.direction, VISIBLE_SHADOW);
     if (sees_through && !(max_component(share) > 0.0f)) {

@@ -36,7 +36,7 @@ class Renderer {
                job.limits.roulette_start, job.limits.transparent_bounces, job.limits.transmission_bounces};
     block_seed_ = sampler_block_seed(static_cast<uint>(x0), static_cast<uint>(y0), job.sample_bits, job.seed);
     arguments_.feature_mask = job.embree_features;
-    if (FEATURE(FEATURE_TRANSPARENCY)) {
+    if (FEATURE(FEATURE_TRANSPARENCY | FEATURE_LOBES)) {
       begin_alpha(job, block_seed_, b_.alpha_context);
       arguments_.context = &b_.alpha_context.query;
     }
@@ -270,6 +270,7 @@ class Renderer {
       const vec3 contribution = b_.light.contribution.get(i);
       if (!(max_component(contribution) > 0.0f)) continue;
       vec3 origin = b_.light.origin.get(i);
+      if (scene_.starts_at_point != 0u) origin = surface_start(scene_, b_.surface[i], b_.light.wi.get(i));
       if (b_.light.lift[i] > 0.0f) {
         const Surface &s = b_.surface[i];
         origin += surface_smooth_lift(scene_, s.instance, s.triangle, s.u, s.v, s.ng) * b_.light.lift[i];
@@ -335,6 +336,7 @@ class Renderer {
     b_.shadow.tfar[k] = ray.t_max;
     b_.shadow.time[k] = 0.0f;
     b_.shadow.mask[k] = ray.visibility;
+    set_left(b_.shadow, k, surface_left(scene_, b_.surface[lane], ray.origin, ray.direction));
     b_.shadow_slot[k] = slot;
     b_.shadow_contribution[k] = ray.contribution;
     b_.shadow_group[k] = ray.group;
@@ -398,7 +400,7 @@ class Renderer {
         const vec3 wo = b_.shading.wo.get(i);
         if (!path_pass(scene_, path, b_.surface[i], wo, origin)) continue;
         start_ray(b_.packets[next / kWidth], next % kWidth, origin, -wo, 0.0f, INFINITE_DISTANCE,
-                  path.ray_kind & VISIBLE_ALL);
+                  path.ray_kind & VISIBLE_ALL, surface_left(scene_, b_.surface[i], origin, -wo));
         b_.path[next] = path;
         b_.slot[next] = b_.slot[i];
         ++next;
@@ -412,7 +414,7 @@ class Renderer {
           FEATURE(FEATURE_BSDF_RAYS) && (job_.last_rays_find_light || (path.ray_kind & RAY_MEETS_LAMPS) != 0u);
       if (!finds && path_is_last(limits_, path)) continue;
       start_ray(b_.packets[next / kWidth], next % kWidth, origin, sample.wi, 0.0f, INFINITE_DISTANCE,
-                path.ray_kind & VISIBLE_ALL);
+                path.ray_kind & VISIBLE_ALL, surface_left(scene_, b_.surface[i], origin, sample.wi));
       b_.path[next] = path;
       b_.slot[next] = b_.slot[i];
       ++next;
