@@ -140,10 +140,11 @@ FN uint bvh_nearest_child(uint base, uint hits, uint octant) {
   return base + uint(bitCount(hits & 255u & ((1u << slot) - 1u)));
 }
 
-// Does the ray meet the triangle between t_min and hit.t? If so the hit becomes this one. The edges are tested in
-// Pluecker coordinates about the ray's origin: an edge that two triangles share gives the same bits for both but for
-// the sign, so that no ray slips through between them.
-FN bool bvh_meet_triangle(IN(BvhTriangle) triangle, IN(BvhRay) ray, float t_min, uint instance, INOUT(Hit) hit) {
+// Does the ray meet the triangle between t_min and hit.t, and is it not the one that it left? If so the hit becomes
+// this one. The edges are tested in Pluecker coordinates about the ray's origin: an edge that two triangles share gives
+// the same bits for both but for the sign, so that no ray slips through between them.
+FN bool bvh_meet_triangle(IN(BvhTriangle) triangle, IN(BvhRay) ray, float t_min, uint entered, uvec2 left,
+                          INOUT(Hit) hit) {
   const vec3 v0 = triangle.p0 - ray.origin;
   const vec3 v1 = triangle.p1 - ray.origin;
   const vec3 v2 = triangle.p2 - ray.origin;
@@ -160,11 +161,13 @@ FN bool bvh_meet_triangle(IN(BvhTriangle) triangle, IN(BvhRay) ray, float t_min,
   if (along == 0.0f || sum == 0.0f) return false;
   const float t = dot(v0, n) / along;
   if (!(t > t_min && t < hit.t)) return false;
+  const uint instance = select(triangle.instance == INVALID_ID, entered, triangle.instance);
+  if (triangle.triangle == left.y && instance == left.x) return false;
   hit.t = t;
   hit.u = u / sum;
   hit.v = v / sum;
   hit.triangle = triangle.triangle;
-  hit.instance = select(triangle.instance == INVALID_ID, instance, triangle.instance);
+  hit.instance = instance;
   return true;
 }
 
@@ -217,8 +220,8 @@ FN void bvh_open(IN(BvhNode) node, float t_min, float t_max, INOUT(BvhWalk) walk
   walk.leaves = met & BVH_LEAVES;
 }
 
-FN bool bvh_meet_leaf(IN(BvhTriangle) triangle, IN(BvhWalk) walk, float t_min, uint mask, INOUT(Hit) hit) {
-  return (triangle.mask & mask) != 0u && bvh_meet_triangle(triangle, walk.ray, t_min, walk.instance, hit);
+FN bool bvh_meet_leaf(IN(BvhTriangle) triangle, IN(BvhWalk) walk, float t_min, uint mask, uvec2 left, INOUT(Hit) hit) {
+  return (triangle.mask & mask) != 0u && bvh_meet_triangle(triangle, walk.ray, t_min, walk.instance, left, hit);
 }
 
 FN void bvh_enter(IN(BvhInstance) instance, vec3 origin, vec3 direction, INOUT(BvhWalk) walk) {
@@ -250,8 +253,10 @@ FN void bvh_resume(uint base, uint bits, INOUT(BvhWalk) walk) {
     depth += 1;              \
   } while (false)
 
-// The nearest hit between t_min and hit.t of what the mask sees, into `hit`; or, with `any`, whether there is one.
-FN bool bvh_trace(IN(BvhData) bvh, vec3 origin, vec3 direction, float t_min, uint mask, bool any, INOUT(Hit) hit) {
+// The nearest hit between t_min and hit.t of what the mask sees, into `hit`; or, with `any`, whether there is one. The
+// ray does not meet triangle left.y of instance left.x.
+FN bool bvh_trace(IN(BvhData) bvh, vec3 origin, vec3 direction, float t_min, uint mask, bool any, uvec2 left,
+                  INOUT(Hit) hit) {
   uint bases[BVH_STACK];
   uint stacked[BVH_STACK];
   int depth = 0;
@@ -269,7 +274,7 @@ FN bool bvh_trace(IN(BvhData) bvh, vec3 origin, vec3 direction, float t_min, uin
     while (walk.leaves != 0u) {  // 2. What its leaves hold.
       const uint leaf = bvh_take_leaf(walk);
       if (walk.top == 0u) {
-        if (!bvh_meet_leaf(LOAD(bvh.triangles, leaf), walk, t_min, mask, hit)) continue;
+        if (!bvh_meet_leaf(LOAD(bvh.triangles, leaf), walk, t_min, mask, left, hit)) continue;
         if (any) return true;
         found = true;
         continue;

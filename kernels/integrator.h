@@ -196,7 +196,7 @@ FN float terminator_amount(float cutoff, float n_wi, float ng_wi) {
 
 FN vec3 shadow_ray_origin(IN(SceneData) scene, IN(Surface) s, vec3 wi) {
   const float amount = terminator_amount(s.terminator, dot(s.n, wi), dot(s.ng, wi));
-  vec3 origin = surface_ray_origin(s.p, s.ng, s.epsilon, wi);
+  vec3 origin = surface_start(scene, s, wi);
   // Light from behind starts behind, where nothing lifts it.
   if (amount > 0.0f && dot(s.n, wi) > 0.0f)
     origin += surface_smooth_lift(scene, s.instance, s.triangle, s.u, s.v, s.ng) * amount;
@@ -426,7 +426,7 @@ FN bool path_advance(IN(SceneData) scene, IN(IntegratorData) integrator, INOUT(P
     if (u_roulette >= survival) return false;
     path.throughput = path.throughput / survival;
   }
-  origin = surface_ray_origin(s.p, s.ng, s.epsilon, b.wi);
+  origin = surface_start(scene, s, b.wi);
   path_leave(scene, scene.camera_spread, path, s);
   path.passed = 0.0f;
   return max_component(path.throughput) > 0.0f;

@@ -69,6 +69,38 @@ FN void scattering_sample(IN(SceneData) scene, IN(Bsdf) bsdf, IN(Lobe) lobe, vec
   if (!lobe_is_diffuse(lobe)) s.lobe |= BSDF_SHARP;
 }
 
+// Where a ray in direction wi leaves the surface: lifted off it; or, where light goes through surfaces, at the point
+// itself, so that it meets others in the very same plane, such as a floor that glass stands on (as in Cycles). The
+// surface's own triangle is left out by who traces. Rounding may have put p behind the triangle, and where the line of
+// the ray misses it a neighbour would be met from inside: there the ray is lifted all the same.
+FN vec3 surface_start(IN(SceneData) scene, IN(Surface) s, vec3 wi) {
+  const vec3 lifted = surface_ray_origin(s.p, s.ng, s.epsilon, wi);
+  if (!FEATURE(FEATURE_LOBES) || scene.starts_at_point == 0u) return lifted;
+  SurfaceTriangle t;
+  surface_fetch(scene, s.instance, s.triangle, t);
+  const vec3 v0 = t.p0 - s.p;
+  const vec3 v1 = t.p1 - s.p;
+  const vec3 v2 = t.p2 - s.p;
+  // Sides of the line that the edges pass on, as bvh_meet_triangle tells them.
+  const float u = dot(cross(v2 - v0, v2 + v0), wi);
+  const float v = dot(cross(v0 - v1, v0 + v1), wi);
+  const float w = dot(cross(v1 - v2, v1 + v2), wi);
+  const bool through = min(u, min(v, w)) >= 0.0f || max(u, max(v, w)) <= 0.0f;
+  return select(through, s.p, lifted);
+}
+
+// The triangle that a ray from the surface cannot meet, as instance and triangle: the one that it leaves, unless it
+// starts above it and comes down; INVALID_ID: there is none.
+FN uvec2 surface_left(IN(SceneData) scene, IN(Surface) s, vec3 origin, vec3 wi) {
+  if (!FEATURE(FEATURE_LOBES) || scene.starts_at_point == 0u || dot(origin - s.p, wi) < 0.0f) {
+    return uvec2(INVALID_ID, INVALID_ID);
+  }
+  return uvec2(s.instance, s.triangle);
+}
+
+// From where on such a ray meets others: surfaces at its very start count.
+FN float ray_begin(uvec2 left) { return select(left.x != INVALID_ID, -1e-20f, 0.0f); }
+
 #ifdef __cplusplus
 }  // namespace cotorra
 #endif

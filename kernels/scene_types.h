@@ -392,6 +392,7 @@ RECORD(SceneData) {
   uint
       lobes;  // 1: closures are lobes; 0: the constants of the nearest Principled, as the classic integrators know them
   float camera_spread;  // metres that a ray of a pixel is wide, a metre on; orthographic: anywhere
+  uint starts_at_point;  // 1: rays start at the very point that they leave, and do not meet its triangle
   uint texture_count;
   ProgramPart world_program;  // of a world that varies; end 0: `world` is all of it
   uint world_constants;

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Embree's filter functions for surfaces that let rays through: rays of paths are stopped or not, at random; shadow
-// rays carry on what is left of their light. Included by cpu_batch.h alone; without FEATURE_TRANSPARENCY nothing of it
-// is called.
+// Embree's filter functions, for scenes where light goes through surfaces. A ray does not meet the triangle that it
+// left. At surfaces that let rays through, rays of paths are stopped or not, at random; shadow rays carry on what is
+// left of their light. Included by cpu_batch.h alone; without FEATURE_TRANSPARENCY and
+// FEATURE_LOBES nothing of it is called.
 #pragma once
 
 #include <algorithm>
@@ -24,6 +25,9 @@ struct AlphaContext {
   const PathState *paths = nullptr;  // of the packet's rays
   uint block_seed = 0;
   IntegratorData limits{};  // of which the transparent surfaces count that a path may cross, shadow rays included
+  bool transparency = false;         // some material lets rays through
+  std::array<uint, kWidth> left_instance{};  // and left_triangle: the triangle that the ray left, see surface_left
+  std::array<uint, kWidth> left_triangle{};
   std::array<uint, kWidth> before{};   // shadow rays: surfaces that their path crossed
   std::array<uint, kWidth> passed{};   // by the ray itself, whatever stops it later
   std::array<uint, kWidth> crossed_by_path{};  // paths: of those, what lies before the surface that was met
@@ -42,17 +46,20 @@ constexpr unsigned int kRayDirection = 4, kRayFar = 8, kRayId = 10;
 constexpr unsigned int kHitU = 3, kHitV = 4, kHitTriangle = 5, kHitGeometry = 6, kHitInstance = 7, kHitPlace = 8;
 
 template <int kWidth>
-Hit filtered_hit(const AlphaContext<kWidth> &c, const embree::FilterArguments &a, std::size_t k) {
+uint filtered_instance(const AlphaContext<kWidth> &c, const embree::FilterArguments &a, std::size_t k) {
   const auto array = filter_field<std::uint32_t>(a.hit, kHitInstance, a, k);
-  const uint instance = array != embree::kInvalidId
-                            ? c.first_instances[array] + filter_field<std::uint32_t>(a.hit, kHitPlace, a, k)
-                            : c.first_instances[filter_field<std::uint32_t>(a.hit, kHitGeometry, a, k)];
+  return array != embree::kInvalidId ? c.first_instances[array] + filter_field<std::uint32_t>(a.hit, kHitPlace, a, k)
+                                     : c.first_instances[filter_field<std::uint32_t>(a.hit, kHitGeometry, a, k)];
+}
+
+template <int kWidth>
+Hit filtered_hit(const AlphaContext<kWidth> &c, const embree::FilterArguments &a, std::size_t k) {
   Hit hit{};
   hit.t = filter_field<float>(a.ray, kRayFar, a, k);
   hit.u = filter_field<float>(a.hit, kHitU, a, k);
   hit.v = filter_field<float>(a.hit, kHitV, a, k);
   hit.triangle = filter_field<std::uint32_t>(a.hit, kHitTriangle, a, k);
-  hit.instance = instance;
+  hit.instance = filtered_instance(c, a, k);
   return hit;
 }
 
@@ -85,12 +92,33 @@ bool crossed_before(AlphaContext<kWidth> &c, std::size_t id, const Hit &at) {
   return false;
 }
 
+// Is this the triangle that the ray left?
+template <int kWidth>
+bool is_left(const AlphaContext<kWidth> &c, const embree::FilterArguments &a, std::size_t k) {
+  const auto id = filter_field<std::uint32_t>(a.ray, kRayId, a, k);
+  return filter_field<std::uint32_t>(a.hit, kHitTriangle, a, k) == c.left_triangle[id] &&
+         filtered_instance(c, a, k) == c.left_instance[id];
+}
+
+// Where nothing lets rays through.
+template <int kWidth>
+void filter_left(const embree::FilterArguments *a) {
+  const auto &c = *reinterpret_cast<const AlphaContext<kWidth> *>(a->context);
+  for (std::size_t k = 0; k < a->count; ++k) {
+    if (a->valid[k] != 0 && is_left(c, *a, k)) a->valid[k] = 0;
+  }
+}
+
 // For rays of paths.
 template <int kWidth>
 void filter_path(const embree::FilterArguments *a) {
   auto &c = *reinterpret_cast<AlphaContext<kWidth> *>(a->context);
   for (std::size_t k = 0; k < a->count; ++k) {
     if (a->valid[k] == 0) continue;
+    if (is_left(c, *a, k)) {
+      a->valid[k] = 0;
+      continue;
+    }
     const Hit at = filtered_hit(c, *a, k);
     const auto id = filter_field<std::uint32_t>(a->ray, kRayId, *a, k);
     const PathState &path = c.paths[id];
@@ -108,6 +136,10 @@ void filter_shadow(const embree::FilterArguments *a) {
   auto &c = *reinterpret_cast<AlphaContext<kWidth> *>(a->context);
   for (std::size_t k = 0; k < a->count; ++k) {
     if (a->valid[k] == 0) continue;
+    if (is_left(c, *a, k)) {
+      a->valid[k] = 0;
+      continue;
+    }
     const Hit at = filtered_hit(c, *a, k);
     const auto id = filter_field<std::uint32_t>(a->ray, kRayId, *a, k);
     const vec3 share = hit_transparency(*c.scene, at, filtered_direction(*a, k), VISIBLE_SHADOW);
@@ -121,12 +153,25 @@ void filter_shadow(const embree::FilterArguments *a) {
   }
 }
 
+// Notes at ray k which triangle it left, for set_filter.
+template <int kWidth>
+void set_left(embree::Ray<kWidth> &ray, std::size_t k, uvec2 left) {
+  ray.id[k] = left.x;
+  ray.flags[k] = left.y;
+  ray.tnear[k] = std::min(ray.tnear[k], ray_begin(left));
+}
+
 template <int kWidth>
 void set_filter(AlphaContext<kWidth> &c, embree::Ray<kWidth> &ray, embree::Filter filter,
                 embree::QueryArguments &arguments) {
-  for (std::size_t k = 0; k < kWidth; ++k) ray.id[k] = static_cast<std::uint32_t>(k);
+  for (std::size_t k = 0; k < kWidth; ++k) {
+    c.left_instance[k] = ray.id[k];
+    c.left_triangle[k] = ray.flags[k];
+    ray.id[k] = static_cast<std::uint32_t>(k);
+    ray.flags[k] = 0;
+  }
   c.passed.fill(0);
-  arguments.filter = reinterpret_cast<void *>(filter);
+  arguments.filter = reinterpret_cast<void *>(c.transparency ? filter : filter_left<kWidth>);
 }
 
 // Counts the surfaces that rays of paths crossed, and ends those that crossed more than they may: their mask becomes 0.

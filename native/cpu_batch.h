@@ -37,14 +37,15 @@ void begin_alpha(const RenderJob &job, const IntegratorData &limits, uint block_
   alpha.first_instances = job.first_instances.data();
   alpha.block_seed = block_seed;
   alpha.limits = limits;
+  alpha.transparency = (job.features & FEATURE_TRANSPARENCY) != 0u;
   if (limits.transparent_bounces >= TRANSPARENT_UNLIMITED) return;
   alpha.distances.resize(std::size_t{kWidth} * (path_crossings(limits) + 1));
 }
 
-// Embree's entry points for this packet width, with the filters of surfaces that let rays through.
+// Embree's entry points for this packet width, with the filters of scenes where light goes through surfaces.
 void intersect(const embree::Api &rtc, const int *valid, embree::Scene bvh, embree::RayHit<kWidth> *packet,
                embree::QueryArguments *arguments) {
-  const bool filtered = FEATURE(FEATURE_TRANSPARENCY) && arguments->context != nullptr;
+  const bool filtered = FEATURE(FEATURE_TRANSPARENCY | FEATURE_LOBES) && arguments->context != nullptr;
   if (filtered) set_filter(*alpha_of(*arguments), packet->ray, filter_path<kWidth>, *arguments);
 #if COTORRA_PACKET == 16
   rtc.intersect16(valid, bvh, packet, arguments);
@@ -58,7 +59,7 @@ void intersect(const embree::Api &rtc, const int *valid, embree::Scene bvh, embr
 
 void occluded(const embree::Api &rtc, const int *valid, embree::Scene bvh, embree::Ray<kWidth> *packet,
               embree::QueryArguments *arguments) {
-  if (FEATURE(FEATURE_TRANSPARENCY) && arguments->context != nullptr) {
+  if (FEATURE(FEATURE_TRANSPARENCY | FEATURE_LOBES) && arguments->context != nullptr) {
     set_filter(*alpha_of(*arguments), *packet, filter_shadow<kWidth>, *arguments);
     alpha_of(*arguments)->kept.fill(vec3(1.0f));
   }

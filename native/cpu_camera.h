@@ -31,6 +31,7 @@ COTORRA_FLATTEN void camera_packets(const CameraData &camera_in, FloatBuffer fil
       p.ray.tfar[k] = ray.t_max;
       p.ray.time[k] = 0.0f;
       p.ray.mask[k] = VISIBLE_CAMERA;
+      set_left(p.ray, k, {INVALID_ID, INVALID_ID});
       p.hit.geom_id[k] = embree::kInvalidId;
       p.hit.inst_id[k] = embree::kInvalidId;
       p.hit.inst_prim_id[k] = 0;

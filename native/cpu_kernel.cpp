@@ -34,7 +34,7 @@ class Renderer {
       : job_(job), scene_(*job.scene), b_(batch), counts_(counts), data_(job_data(job)) {
     block_seed_ = sampler_block_seed(static_cast<uint>(x0), static_cast<uint>(y0), job.sample_bits, job.seed);
     arguments_.feature_mask = job.embree_features;
-    if (FEATURE(FEATURE_TRANSPARENCY)) {
+    if (FEATURE(FEATURE_TRANSPARENCY | FEATURE_LOBES)) {
       begin_alpha(job, data_.integrator, block_seed_, b_.alpha_context);
       arguments_.context = &b_.alpha_context.query;
     }
@@ -219,6 +219,7 @@ class Renderer {
       const vec3 contribution = b_.light.contribution.get(i);
       if (!(max_component(contribution) > 0.0f)) continue;
       vec3 origin = b_.light.origin.get(i);
+      if (scene_.starts_at_point != 0u) origin = surface_start(scene_, b_.surface[i], b_.light.wi.get(i));
       if (b_.light.lift[i] > 0.0f) {
         const Surface &s = b_.surface[i];
         origin += surface_smooth_lift(scene_, s.instance, s.triangle, s.u, s.v, s.ng) * b_.light.lift[i];
@@ -280,6 +281,7 @@ class Renderer {
     b_.shadow.tfar[k] = ray.t_max;
     b_.shadow.time[k] = 0.0f;
     b_.shadow.mask[k] = ray.visibility;
+    set_left(b_.shadow, k, surface_left(scene_, b_.surface[lane], ray.origin, ray.direction));
     b_.shadow_lane[k] = static_cast<uint>(lane);
     b_.shadow_contribution[k] = ray.contribution;
     b_.shadow_group[k] = ray.group;
@@ -325,7 +327,7 @@ class Renderer {
         continue;
       }
       start_ray(b_.packets[next / kWidth], next % kWidth, origin, direction, 0.0f, INFINITE_DISTANCE,
-                path.ray_kind & VISIBLE_ALL);
+                path.ray_kind & VISIBLE_ALL, surface_left(scene_, b_.surface[i], origin, direction));
       b_.path[next] = path;
       b_.slot[next] = b_.slot[i];
       ++next;

@@ -25,8 +25,8 @@ class VisibilityQueue {
  public:
   VisibilityQueue(const Tracer &tracer, Answer answer) : t_(tracer), answer_(answer) {}
 
-  // `crossed`: transparent surfaces that the ray's path crossed.
-  void push(const ShadowRay &ray, uint target, uint crossed) {
+  // The ray leaves surface s; `crossed`: transparent surfaces that its path crossed.
+  void push(const ShadowRay &ray, const Surface &s, uint target, uint crossed) {
     const auto k = static_cast<std::size_t>(count_);
     rays_.org_x[k] = ray.origin.x;
     rays_.org_y[k] = ray.origin.y;
@@ -38,6 +38,7 @@ class VisibilityQueue {
     rays_.tfar[k] = ray.t_max;
     rays_.time[k] = 0.0f;
     rays_.mask[k] = ray.visibility;
+    set_left(rays_, k, surface_left(*t_.job.scene, s, ray.origin, ray.direction));
     target_[k] = target;
     crossed_[k] = crossed;
     if (++count_ == kWidth) flush();
@@ -100,8 +101,9 @@ void trace_packets(const Tracer &t, embree::RayHit<kWidth> *packets, int rays, b
   }
 }
 
+// `left`: the triangle that it cannot meet, see surface_left.
 void start_ray(embree::RayHit<kWidth> &p, std::size_t k, vec3 origin, vec3 direction, float t_min, float t_max,
-               uint mask) {
+               uint mask, uvec2 left = {INVALID_ID, INVALID_ID}) {
   p.ray.org_x[k] = origin.x;
   p.ray.org_y[k] = origin.y;
   p.ray.org_z[k] = origin.z;
@@ -112,6 +114,7 @@ void start_ray(embree::RayHit<kWidth> &p, std::size_t k, vec3 origin, vec3 direc
   p.ray.tfar[k] = t_max;
   p.ray.time[k] = 0.0f;
   p.ray.mask[k] = mask;
+  set_left(p.ray, k, left);
   p.hit.geom_id[k] = embree::kInvalidId;
   p.hit.inst_id[k] = embree::kInvalidId;
   p.hit.inst_prim_id[k] = 0;

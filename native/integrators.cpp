@@ -102,6 +102,7 @@ void apply_integrator(const SettingsInput &s, const CameraInput &camera, const S
   // In the classic ones, surfaces are lit by lamps and ambient light; emitting ones are only seen.
   if (!path && c.integrator != Integrator::kDirect) data.emitter_count = 0;
   job.features = features_of(c.integrator, s, scene, c);
+  data.starts_at_point = scene.lets_light_through() && (path || c.integrator == Integrator::kDirect) ? 1u : 0u;
   data.lobes = path || c.integrator == Integrator::kDirect ? 1u : 0u;
 }
 

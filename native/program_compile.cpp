@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <random>
 #include <stdexcept>
 
 #include "../kernels/program/ops.h"
@@ -96,6 +97,7 @@ class Compiler {
       out.lobes |= 1u << c.kind;
       out.sharp |= is_sharp(c);
       out.asks_lobes |= asks_lobe(c);
+      out.transmits |= transmits(c);
     }
     if (!out.surface.plain) write_surface(writer, out);
     out.notes = std::move(notes_);
@@ -211,20 +213,52 @@ class Compiler {
     return !(std::max({w.x, w.y, w.z}) > 0.0f);
   }
 
-  // Does the share that is not let through say how much of the surface is there? Not where what is let through has a
-  // colour, nor where a transparent closure was added to others that keep their weight.
-  bool hides_what_it_keeps() const {
-    if (!graph_.is_grey(transparency_)) return false;
-    for (const Closure &clear : closures_) {
-      if (clear.kind != CLOSURE_TRANSPARENT) continue;
-      const bool whole = graph_.is_constant(clear.weight) && graph_[clear.weight].constant.x >= 1.0f;
-      for (const Closure &other : closures_) {
-        if (other.kind != CLOSURE_TRANSPARENT && (whole || other.weight == clear.weight)) return false;
+  // All values where what mixes closures, and is neither a constant nor computed from such, is 0, 1 or a number
+  // between, drawn at random. Of colours the first component.
+  std::vector<float> tried(std::minstd_rand &random) const {
+    std::vector<float> values(graph_.size());
+    for (std::size_t v = 0; v < values.size(); ++v) {
+      const ProgramGraph::Node &n = graph_[static_cast<Value>(v)];
+      const auto argument = [&](std::size_t k) { return values[static_cast<std::size_t>(n.arguments[k])]; };
+      const float drawn = static_cast<float>(random() % 1024u) / 1023.0f;
+      values[v] = drawn < 0.3f ? 0.0f : drawn > 0.7f ? 1.0f : drawn;
+      if (n.op == nullptr) {
+        values[v] = n.constant.x;
+      } else if (n.op->number == OP_SPLAT) {
+        values[v] = argument(0);
+      } else if (n.op->number == OP_CLAMP_F) {
+        values[v] = std::min(std::max(argument(0), argument(1)), argument(2));
+      } else if (n.op->number == OP_MATH || n.op->number == OP_VECTOR_MATH_V) {
+        if (n.mode == MATH_ADD) values[v] = argument(0) + argument(1);
+        if (n.mode == MATH_SUBTRACT) values[v] = argument(0) - argument(1);
+        if (n.mode == MATH_MULTIPLY) values[v] = argument(0) * argument(1);
       }
     }
-    const bool nothing_kept = graph_.is_constant(transparency_) && graph_[transparency_].constant.x >= 1.0f;
-    return !nothing_kept || (surface_.empty() && is_nothing(emission_));
+    return values;
   }
+
+  // May all be let through where another closure keeps a weight, as Add Shader can make it? Weights are sums and
+  // products of mix factors, so that a few tries tell.
+  bool keeps_beside_all() const {
+    if (graph_.is_constant(transparency_) && graph_[transparency_].constant.x < 1.0f) return false;
+    std::vector<Value> kept;
+    for (const Closure &c : surface_) kept.push_back(c.weight);
+    for (const Closure &c : closures_) {
+      if (c.kind == CLOSURE_EMISSION) kept.push_back(c.weight);
+    }
+    std::minstd_rand random;
+    for (int k = 0; k < 64 && !kept.empty(); ++k) {
+      const std::vector<float> values = tried(random);
+      float most = 0.0f;
+      for (const Value w : kept) most = std::max(most, values[static_cast<std::size_t>(w)]);
+      if (values[static_cast<std::size_t>(transparency_)] + most > 1.001f && most > 0.0f) return true;
+    }
+    return false;
+  }
+
+  // Does the share that is not let through say how much of the surface is there? Not where what is let through has a
+  // colour, nor where it may be all while others are there, too.
+  bool hides_what_it_keeps() const { return graph_.is_grey(transparency_) && !keeps_beside_all(); }
 
   // Takes emission and what lies behind out of the closures, and leaves the lobes.
   void split() {
@@ -302,6 +336,15 @@ class Compiler {
     if (c.kind == CLOSURE_PRINCIPLED) return !is_simple(c);
     if (c.kind == CLOSURE_DIFFUSE) return !graph_.is_constant(c.arguments[1], 0.0f);
     return c.kind != CLOSURE_HOLDOUT;
+  }
+
+  // May it send light through the surface, bent or scattered?
+  bool transmits(const Closure &c) const {
+    if (c.kind != CLOSURE_PRINCIPLED) {
+      return c.kind == CLOSURE_GLASS || c.kind == CLOSURE_REFRACTION || c.kind == CLOSURE_TRANSLUCENT;
+    }
+    const auto some = [&](uint k) { return !graph_.is_constant(c.arguments[k]) || number(c, k) > 0.0f; };
+    return some(PRINCIPLED_TRANSMISSION) || (some(PRINCIPLED_THIN_WALL) && some(PRINCIPLED_SUBSURFACE));
   }
 
   PlainSurface plain_surface() const {

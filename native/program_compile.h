@@ -104,6 +104,7 @@ struct CompiledShader {
   bool grey = true;            // what is let through has no colour
   bool sharp = false;          // a lobe may be narrow
   bool asks_lobes = false;     // a closure is more than bsdf.h knows
+  bool transmits = false;      // a closure sends light through the surface
   ProgramNeeds surface_needs, emission_needs, transparency_needs;
   uint lobes = 0;              // bit a CLOSURE_* kind of the surface
   std::uint64_t ops_used[8]{};  // by number of the op

@@ -14,8 +14,7 @@ namespace {
 
 using Value = ProgramGraph::Value;
 
-// Operations that Math and Vector Math number alike, as Blender does; and the first way to mix colours.
-constexpr uint MATH_ADD = 0, MATH_SUBTRACT = 1, MATH_MULTIPLY = 2, MATH_DIVIDE = 3;
+// Operation of Vector Math; and the first way to mix colours.
 constexpr uint VECTOR_SCALE = 10;
 constexpr uint BLEND_MIX = 0;
 constexpr uint MAPPING_VECTOR = 2;  // the last of Mapping's types that are affine maps: point, texture, vector

@@ -15,6 +15,9 @@ namespace cotorra {
 // Runs one op that depends on its arguments alone. Its tables are the shader's own.
 vec3 program_fold(uint op, uint mode, std::span<const float> arguments, std::span<const float> tables);
 
+// Operations that Math and Vector Math number alike, as Blender does.
+constexpr uint MATH_ADD = 0, MATH_SUBTRACT = 1, MATH_MULTIPLY = 2, MATH_DIVIDE = 3;
+
 class ProgramGraph {
  public:
   using Value = int;

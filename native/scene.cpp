@@ -434,7 +434,9 @@ void Scene::prepare_features() {
     tints_ |= (m.flags & MATERIAL_TINTED) != 0;
     models |= (m.flags & MATERIAL_MODEL) != 0;
     const int shader = material_shaders_.empty() ? -1 : material_shaders_[k];
-    lobes |= shader >= 0 && compiled_[static_cast<std::size_t>(shader)].asks_lobes;
+    if (shader < 0) continue;
+    lobes |= compiled_[static_cast<std::size_t>(shader)].asks_lobes;
+    lets_light_through_ |= compiled_[static_cast<std::size_t>(shader)].transmits;
   }
   const bool world = max(max(data_.world.x, data_.world.y), data_.world.z) > 0.0f || data_.world_program.end != 0;
   if (soft) features_ |= FEATURE_SOFT_LIGHTS;

@@ -153,6 +153,8 @@ class Scene {
   // Is a lamp with a size visible to camera rays; can bounces meet one?
   bool camera_meets_lights() const { return camera_meets_lights_; }
   bool bounces_meet_lights() const { return bounces_meet_lights_; }
+  // Does a lobe of some material send light through the surface?
+  bool lets_light_through() const { return lets_light_through_; }
   // Does a material in use give a colour to what it lets through?
   bool tints() const { return tints_; }
   uint light_group_count() const { return light_group_count_; }
@@ -247,6 +249,7 @@ class Scene {
   bool tints_ = false;
   bool camera_meets_lights_ = false;
   bool bounces_meet_lights_ = false;
+  bool lets_light_through_ = false;
   BvhMemory bvh_memory_;
 };
 

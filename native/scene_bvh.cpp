@@ -81,8 +81,9 @@ void Scene::build(int threads, const std::atomic<bool> &cancel) {
   rtc.set_device_memory_monitor(device_, count_memory, &bvh_memory_);
   void *cancel_pointer = const_cast<std::atomic<bool> *>(&cancel);
 
-  // Only meshes that let rays through somewhere are asked about each hit.
-  std::vector<bool> lets_through(meshes_.size(), false);
+  // Only meshes that let rays through somewhere are asked about each hit; or all, where a ray must not meet the
+  // triangle that it left.
+  std::vector<bool> lets_through(meshes_.size(), lets_light_through_);
   for (const Instance &instance : instances_) {
     for (uint s = 0; s < instance.material_count; ++s) {
       const Material &material = materials_[material_slots_[instance.material_base + s]];

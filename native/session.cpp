@@ -191,7 +191,8 @@ void Session::use_embree() {
   job_.rtc = &scene_->api();
   job_.first_instances = scene_->first_instances();
   job_.embree_features = embree::kFeatureTriangle | (scene_->instanced() ? embree::kFeatureInstanceArray : 0u);
-  if ((job_.features & FEATURE_TRANSPARENCY) != 0) job_.embree_features |= embree::kFeatureFilterInArguments;
+  if ((job_.features & (FEATURE_TRANSPARENCY | FEATURE_LOBES)) != 0)
+    job_.embree_features |= embree::kFeatureFilterInArguments;
 }
 
 Session::~Session() {

@@ -131,13 +131,13 @@ KINDS = [
     ),
     Case(
         'sheen_lobes',
-        'albedo = sheen_albedo(x, y); const vec2 ab = sheen_transform(x, y); a = ab.x; Lobe l;'
+        'albedo = sheen_log_albedo(p, q0); a = sheen_a(p, q0); across = sheen_b(p, q0); Lobe l;'
         'sheen_prepare(color, color, y, n, o, l); sheen_frame(l, t, b); density = sheen_density(l, i);'
         'f = sheen_eval(l, i, pdf); BsdfSample s; sheen_sample(l, u, s); wi = s.wi; Lobe v;'
         'velvet_prepare(color, color, y, vec3(0.0f, 0.0f, 1.0f), v); g = velvet_eval(v, o, i, q);'
         'velvet_sample(v, o, u, s); wj = s.wi;',
-        {'x': PART, 'y': PART, 'color': COLOR, 'n': NORMAL, 'o': LOCAL, 'i': LOCAL, 'u': SQUARE},
-        {'albedo': 'float', 'a': 'float', 't': 'vec3', 'b': 'vec3', 'density': 'float', 'f': 'vec3', 'pdf': 'float'}
+        {'p': PART, 'q0': PART, 'y': PART, 'color': COLOR, 'n': NORMAL, 'o': LOCAL, 'i': LOCAL, 'u': SQUARE},
+        {'albedo': 'float', 'a': 'float', 'across': 'float', 't': 'vec3', 'b': 'vec3', 'density': 'float', 'f': 'vec3', 'pdf': 'float'}
         | {'wi': 'vec3', 'g': 'vec3', 'q': 'float', 'wj': 'vec3'},
         CLOSE,
     ),

@@ -240,7 +240,7 @@ def test_rough_glass_is_walters() -> None:
     roughness, ior = rng.uniform(0.3, 1, count), rng.uniform(1.1, 2.5, count)
     inside = rng.integers(0, 2, count)
     case = closure.cases('GLASS', count, color=1.0, roughness=roughness, ior=ior, inside=inside)
-    got, _ = closure.Lobes(case, Z, wo).evaluate(wi)
+    got, pdf = closure.Lobes(case, Z, wo).evaluate(wi)
 
     eta = np.where(inside, 1 / ior, ior)[:, None]
     h = -(wo + eta * wi)
@@ -255,12 +255,13 @@ def test_rough_glass_is_walters() -> None:
 
     d = alpha2 / (np.pi * (h[:, 2] ** 2 * (alpha2 - 1) + 1) ** 2)
     g = 1 / (1 + smith(wo[:, 2]) + smith(wi[:, 2]))
-    f = 1 - fresnel_dielectric(c_o, eta[:, 0])
+    f = 1 - fresnel_dielectric(np.abs(c_o), eta[:, 0])
     want = np.abs(c_o * c_i) / wo[:, 2] * eta[:, 0] ** 2 * f * g * d / length**2
     possible = (c_o > 0) & (c_i < 0)
     assert 0.2 < possible.mean() < 0.95
-    np.testing.assert_allclose(got[possible], np.tile(want[possible, None], 3), rtol=2e-3, atol=1e-5)
-    assert not got[~possible].any()
+    # Pairs that no facet leads to each other are lit all the same (Cycles), though never sampled.
+    np.testing.assert_allclose(got, np.tile(want[:, None], 3), rtol=2e-3, atol=1e-5)
+    assert (pdf[possible] > 0).all() and not pdf[~possible].any()
 
 
 def test_film_has_airys_limits() -> None:

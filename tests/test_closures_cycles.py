@@ -114,13 +114,6 @@ def test_reflection(
     assert np.median(error(f, image)) < bound / 10
 
 
-def refracts(n: np.ndarray, eta: np.ndarray, sun: np.ndarray) -> np.ndarray:
-    """Is there a facet on the viewer's side of the surface that refracts between viewer and sun?"""
-    h = -(VIEWER + eta[:, None] * sun)
-    h *= np.sign((h * n).sum(-1, keepdims=True))
-    return ((h @ VIEWER) > 0) & ((h @ sun) < 0)
-
-
 @pytest.mark.parametrize('back', [False, True], ids=['outside', 'inside'])
 @pytest.mark.parametrize('sun', [ABOVE, BELOW], ids=['above', 'below'])
 @pytest.mark.parametrize('name', ['GGX', 'MULTI_GGX', 'BECKMANN', 'film', 'refraction'])
@@ -136,17 +129,12 @@ def test_glass(tmp_path: Path, name: str, sun: np.ndarray, back: bool) -> None:
     shader = cycles.Shader(f'ShaderNodeBsdf{kind.capitalize()}', sockets, {'distribution': DISTRIBUTIONS[distribution]})
     image = cycles.render(case, n, tmp_path / 'sun.exr', sun=sun, shader=shader, back=back)['Combined']
     f, _ = closure.Lobes(case, n, VIEWER).evaluate(sun, COUNT)
-    through = n @ sun < 0
-    # Cycles 5.2 lights also pairs of directions that no facet on this side refracts to each other, up to 13 % of the
-    # light through the roughest glass, which its own samples never take. Here they are dark.
-    eta = np.where(back, 1 / case['ior'], case['ior'])
-    possible = ~through | refracts(n, eta, sun)
-    assert not f[~possible].any()
-    lit = (image[possible].max(-1) > 1e-3).mean()
+    # Pairs of directions that no facet refracts to each other are lit, too, as in Cycles.
+    lit = (image.max(-1) > 1e-3).mean()
     assert lit > 0.05 or (name == 'refraction' and sun is ABOVE)
     bound = 0.01 if distribution == closure.MULTI_GGX else 2e-3
-    assert error(f, image)[possible].max() < bound
-    assert np.median(error(f, image)[possible]) < bound / 4
+    assert error(f, image).max() < bound
+    assert np.median(error(f, image)) < bound / 4
 
 
 def test_translucent(tmp_path: Path) -> None:
@@ -164,9 +152,10 @@ def test_sheen(tmp_path: Path) -> None:
     shader = cycles.Shader('ShaderNodeBsdfSheen', ROUGH, {'distribution': 'MICROFIBER'})
     image = cycles.render(case, n, tmp_path / 'sun.exr', sun=ABOVE, shader=shader)['Combined']
     f, _ = closure.Lobes(case, n, VIEWER).evaluate(ABOVE, COUNT)
-    # Hill's rational functions against the table that they are a fit of.
-    assert abs(f.mean() / image.mean() - 1) < 0.02
-    assert np.median(error(f, image)) < 0.03
+    # Polynomials against the table that they are a fit of, most of which they meet to 1 %.
+    assert abs(f.mean() / image.mean() - 1) < 0.01
+    assert np.median(error(f, image)) < 0.01
+    assert np.quantile(error(f, image), 0.99) < 0.06
 
 
 # ---- Principled

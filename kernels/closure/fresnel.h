@@ -154,7 +154,8 @@ FN void lobe_fresnel(FloatBuffer table, IN(Lobe) l, float c, OUT(vec3) reflected
   reflected = f;
   if (fresnel != LOBE_FRESNEL_DIELECTRIC) return;
   reflected = f * l.f1;
-  if (l.kind == LOBE_GLASS) transmitted = (1.0f - f) * l.tint;
+  // A tint may make a film reflect more than all.
+  if (l.kind == LOBE_GLASS) transmitted = max(1.0f - f, vec3(0.0f)) * l.tint;
 }
 
 #ifdef __cplusplus

@@ -95,15 +95,22 @@ FN vec3 microfacet_eval_local(FloatBuffer table, IN(Lobe) l, vec3 o, vec3 i, OUT
   pdf = 0.0f;
   const bool through = i.z < 0.0f;
   if (!(o.z > 0.0f) || i.z == 0.0f || microfacet_is_mirror(l)) return vec3(0.0f);
-  if (through && (l.kind == LOBE_REFLECTION || microfacet_is_straight(l))) return vec3(0.0f);
+  if (through && l.kind == LOBE_REFLECTION) return vec3(0.0f);
   // 1. The facet that leads from one to the other: mirrors, or refracts (Walter et al. 2007, eq. 13 and 16).
   vec3 h = through ? o + i * l.eta : o + i;
   if (h.z < 0.0f) h = -h;
   const float h2 = max(dot(h, h), 1e-20f);
   const float inverse = 1.0f / sqrt(h2);
-  const float c_o = min(dot(o, h) * inverse, 1.0f);
-  const float c_i = dot(i, h) * inverse;
-  if (!(c_o > 0.0f) || (through && !(c_i < 0.0f))) return vec3(0.0f);
+  float c_o = min(dot(o, h) * inverse, 1.0f);
+  float c_i = dot(i, h) * inverse;
+  // Cycles shines light through rough glass even between directions that no facet on this side refracts to each other,
+  // with the same formula: up to 13 % more; and where it bends no light. Samples never go there: the density is 0.
+  const bool stray = through && (microfacet_is_straight(l) || !(c_o > 0.0f && c_i < 0.0f));
+  if (stray) {
+    c_o = min(abs(c_o), 1.0f);
+    c_i = -abs(c_i);
+  }
+  if (!(c_o > 0.0f)) return vec3(0.0f);
   // 2. How much of each it sends on.
   vec3 reflected;
   vec3 transmitted;
@@ -114,9 +121,10 @@ FN vec3 microfacet_eval_local(FloatBuffer table, IN(Lobe) l, vec3 o, vec3 i, OUT
   const float masking = microfacet_masking(l, o, i, visible);
   float d = microfacet_distribution(l, h);
   if (through) d *= 4.0f * c_o * -c_i * l.eta * l.eta / h2;
-  pdf = d * visible * (through ? 1.0f - p : p);
+  const float density = d * visible * (through ? 1.0f - p : p);
+  pdf = stray ? 0.0f : density;
   const vec3 share = select(through, transmitted, reflected);
-  return share * (pdf > 0.0f ? d * masking : 0.0f);
+  return share * (density > 0.0f ? d * masking : 0.0f);
 }
 
 // The viewer and light in the lobe's frame. Light through a thin wall is that of a reflection, mirrored.

@@ -59,8 +59,11 @@ Instance instance_of(uint mesh, vec3 x, vec3 y, vec3 z, vec3 origin, uint visibi
   return i;
 }
 
-// Every triangle, in world space.
-Hit brute_force(const std::vector<Mesh> &meshes, const std::vector<Instance> &instances, const BvhRay &ray, uint mask) {
+constexpr uvec2 kNone{INVALID_ID, INVALID_ID};
+
+// Every triangle, in world space, but the one that the ray left.
+Hit brute_force(const std::vector<Mesh> &meshes, const std::vector<Instance> &instances, const BvhRay &ray, uint mask,
+                uvec2 left) {
   Hit hit{INFINITE_DISTANCE, 0.0f, 0.0f, 0, INVALID_ID, 0};
   for (uint k = 0; k < instances.size(); ++k) {
     const Instance &i = instances[k];
@@ -69,7 +72,7 @@ Hit brute_force(const std::vector<Mesh> &meshes, const std::vector<Instance> &in
     for (uint t = 0; t < mesh.triangle_count; ++t) {
       const uvec3 id = mesh.triangles.v[t];
       const auto at = [&](uint vertex) { return instance_point(i, mesh.positions.v[vertex]); };
-      bvh_meet_triangle({at(id.x), k, at(id.y), t, at(id.z), VISIBLE_ALL}, ray, 0.0f, k, hit);
+      bvh_meet_triangle({at(id.x), k, at(id.y), t, at(id.z), VISIBLE_ALL}, ray, 0.0f, k, left, hit);
     }
   }
   return hit;
@@ -103,11 +106,15 @@ int main() {
     BvhRay ray;
     bvh_ray(point(3.0f), direction, ray);
     const uint mask = k % 2 == 0 ? VISIBLE_CAMERA : VISIBLE_SHADOW;
-    const Hit expected = brute_force(meshes, instances, ray, mask);
+    // Every third ray does not meet what is nearest.
+    Hit expected = brute_force(meshes, instances, ray, mask, kNone);
+    uvec2 left = kNone;
+    if (k % 3 == 0 && expected.instance != INVALID_ID) left = uvec2(expected.instance, expected.triangle);
+    if (left.x != INVALID_ID) expected = brute_force(meshes, instances, ray, mask, left);
     Hit hit{INFINITE_DISTANCE, 0.0f, 0.0f, 0, INVALID_ID, 0};
-    const bool found = bvh_trace(bvh, ray.origin, ray.direction, 0.0f, mask, false, hit);
+    const bool found = bvh_trace(bvh, ray.origin, ray.direction, 0.0f, mask, false, left, hit);
     Hit any{INFINITE_DISTANCE, 0.0f, 0.0f, 0, INVALID_ID, 0};
-    const bool occluded = bvh_trace(bvh, ray.origin, ray.direction, 0.0f, mask, true, any);
+    const bool occluded = bvh_trace(bvh, ray.origin, ray.direction, 0.0f, mask, true, left, any);
     met += expected.instance != INVALID_ID ? 1 : 0;
     const bool same = hit.instance == expected.instance && (!found || hit.triangle == expected.triangle) &&
                       std::abs(hit.t - expected.t) <= 1e-4f * expected.t && found == occluded;

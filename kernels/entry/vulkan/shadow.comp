@@ -21,9 +21,13 @@ void main() {
   passage.kept = vec3(1.0f);
   passage.crossed = WAVE.paths.v[lane].transparent_bounces;
   passage.panes = 0u;
-  float t_min = 0.0f;
+  uvec2 left = uvec2(INVALID_ID, INVALID_ID);
+  if (WAVE.scene.starts_at_point != 0u) {
+    left = surface_left(WAVE.scene, LOAD(WAVE.surfaces, lane), ray.origin, ray.direction);
+  }
+  float t_min = ray_begin(left);
   Hit hit;
-  while (trace(ray.origin, ray.direction, t_min, ray.t_max, ray.visibility, any, hit)) {
+  while (trace(ray.origin, ray.direction, t_min, ray.t_max, ray.visibility, any, left, hit)) {
     if (shadow_passes(lane, hit, through_glass, ray, t_min, passage)) continue;
     passage.kept = vec3(0.0f);
     break;

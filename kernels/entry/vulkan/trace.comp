@@ -13,10 +13,15 @@ void main() {
   const CameraRay ray = LOAD(WAVE.rays, lane);
   const PathState path = LOAD(WAVE.paths, lane);
   uint crossed = 0u;
-  float t_min = ray.t_min;
+  uvec2 left = uvec2(INVALID_ID, INVALID_ID);
+  // Whitted's rays waited while others were traced: the lane's surface is not theirs.
+  if (WAVE.scene.starts_at_point != 0u && path.vertex > 0u && !FEATURE(FEATURE_WHITTED)) {
+    left = surface_left(WAVE.scene, LOAD(WAVE.surfaces, lane), ray.origin, ray.direction);
+  }
+  float t_min = min(ray.t_min, ray_begin(left));
   Hit hit;
   while (true) {
-    trace(ray.origin, ray.direction, t_min, ray.t_max, path.ray_kind & VISIBLE_ALL, false, hit);
+    trace(ray.origin, ray.direction, t_min, ray.t_max, path.ray_kind & VISIBLE_ALL, false, left, hit);
     if (!FEATURE(FEATURE_TRANSPARENCY) || hit.instance == INVALID_ID) break;
     if (!lets_through(SCENE, hit, ray.direction, path, pixel_of(lane).block_seed)) break;
     crossed += 1u;

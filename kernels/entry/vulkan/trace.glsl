@@ -8,10 +8,22 @@
 // surface that it has met. Below 1e-30 there may be no normal float between 0 and the result.
 float float_after(float t) { return max(uintBitsToFloat(floatBitsToUint(t) + 1u), 1e-30f); }
 
+// The triangle of a query's hit, COMMITTED or asked about, as instance and triangle. A macro: which of the two must be
+// a constant.
+#define QUERY_TRIANGLE(TRIANGLE, COMMITTED)                                                                        \
+  {                                                                                                                \
+    const uint place = uint(rayQueryGetIntersectionInstanceCustomIndexEXT(query, COMMITTED)) +                     \
+                       uint(rayQueryGetIntersectionGeometryIndexEXT(query, COMMITTED));                            \
+    const TracedGeometry geometry = LOAD(WAVE.acceleration.geometries, place);                                     \
+    const uint first = geometry.first_triangle;                                                                    \
+    TRIANGLE = uvec2(geometry.instance, first + uint(rayQueryGetIntersectionPrimitiveIndexEXT(query, COMMITTED))); \
+  }
+
 #endif
 
 // The nearest surface beyond t_min and before t_max that a ray of this visibility meets; or, with `any`, some surface.
-bool trace(vec3 origin, vec3 direction, float t_min, float t_max, uint visibility, bool any, out Hit hit) {
+// Not the triangle that it left.
+bool trace(vec3 origin, vec3 direction, float t_min, float t_max, uint visibility, bool any, uvec2 left, out Hit hit) {
   hit.t = t_max;
   hit.u = 0.0f;
   hit.v = 0.0f;
@@ -19,26 +31,29 @@ bool trace(vec3 origin, vec3 direction, float t_min, float t_max, uint visibilit
   hit.instance = INVALID_ID;
   hit.crossed = 0u;
 #ifdef RAY_QUERY
-  const float begin = float_after(t_min);
+  const float begin = t_min < 0.0f ? 0.0f : float_after(t_min);
   if (!(begin < t_max)) return false;  // a query needs an interval
-  const uint flags = gl_RayFlagsOpaqueEXT | (any ? gl_RayFlagsTerminateOnFirstHitEXT : 0u);
+  const bool asks = left.x != INVALID_ID;  // each triangle whether it is the one that was left
+  const uint flags =
+      (asks ? gl_RayFlagsNoOpaqueEXT : gl_RayFlagsOpaqueEXT) | (any ? gl_RayFlagsTerminateOnFirstHitEXT : 0u);
   rayQueryEXT query;
   rayQueryInitializeEXT(query, accelerationStructureEXT(WAVE.acceleration.top), flags, visibility, origin, begin,
                         direction, t_max);
+  uvec2 triangle;
   while (rayQueryProceedEXT(query)) {
+    QUERY_TRIANGLE(triangle, false)
+    if (triangle != left) rayQueryConfirmIntersectionEXT(query);
   }
   if (rayQueryGetIntersectionTypeEXT(query, true) != gl_RayQueryCommittedIntersectionTriangleEXT) return false;
-  const uint place = uint(rayQueryGetIntersectionInstanceCustomIndexEXT(query, true)) +
-                     uint(rayQueryGetIntersectionGeometryIndexEXT(query, true));
-  const TracedGeometry geometry = LOAD(WAVE.acceleration.geometries, place);
+  QUERY_TRIANGLE(triangle, true)
   const vec2 barycentric = rayQueryGetIntersectionBarycentricsEXT(query, true);
   hit.t = rayQueryGetIntersectionTEXT(query, true);
   hit.u = barycentric.x;
   hit.v = barycentric.y;
-  hit.triangle = geometry.first_triangle + uint(rayQueryGetIntersectionPrimitiveIndexEXT(query, true));
-  hit.instance = geometry.instance;
+  hit.triangle = triangle.y;
+  hit.instance = triangle.x;
   return true;
 #else
-  return bvh_trace(WAVE.bvh, origin, direction, t_min, visibility, any, hit);
+  return bvh_trace(WAVE.bvh, origin, direction, t_min, visibility, any, left, hit);
 #endif
 }
