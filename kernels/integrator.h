@@ -441,22 +441,6 @@ FN bool path_pass(IN(SceneData) scene, INOUT(PathState) path, IN(Surface) s, vec
   return max_component(path.throughput) > 0.0f;
 }
 
-// The next direction. Returns false where the path ends.
-FN bool path_bounce(IN(SceneData) scene, IN(IntegratorData) integrator, INOUT(PathState) path, IN(Surface) s,
-                    IN(Bsdf) bsdf, IN(Lobe) lobe, vec3 wo, vec2 u, vec2 u_choice, OUT(vec3) origin,
-                    OUT(vec3) direction) {
-  if (FEATURE(FEATURE_PROGRAMS) && (bsdf.lobes & BSDF_THROUGH) != 0u) {
-    direction = -wo;
-    return path_pass(scene, path, s, wo, origin);
-  }
-  BsdfSample b;
-  scattering_sample(scene, bsdf, lobe, wo, u_choice.x, u, b);
-  direction = b.wi;
-  if (!path_advance(scene, integrator, path, s, b, u_choice.y, origin)) return false;
-  if (scene.light_kinds != 0u) path_note_kind(bsdf, lobe, wo, b.wi, path);
-  return true;
-}
-
 // Transparent surfaces that a path may cross on its way to a surface: one in any case, as in Cycles.
 FN uint path_crossings(IN(IntegratorData) integrator) { return max(integrator.transparent_bounces, 1u); }
 

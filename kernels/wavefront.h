@@ -45,13 +45,6 @@ struct WavePixel {
   uint unused;
 };
 
-// What a sample has gathered.
-struct WaveSample {
-  vec3 radiance;
-  float alpha;
-  vec2 offset;  // from the pixel's centre, pixels
-};
-
 // What a sample tells beside its light, for passes; of a pixel: sums over its samples, and the first five of the sample
 // nearest its centre.
 struct WaveRecord {
@@ -98,13 +91,11 @@ BUFFER_REF(WavePixel, WavePixelBuffer)
 BUFFER_RW(uint, UintRwBuffer)
 BUFFER_RW(vec3, Vec3RwBuffer)
 BUFFER_RW(CameraRay, CameraRayRwBuffer)
-BUFFER_RW(PathState, PathStateRwBuffer)
+BUFFER_RW(float, FloatRwBuffer)
 BUFFER_RW(Hit, HitRwBuffer)
-BUFFER_RW(Surface, SurfaceRwBuffer)
-BUFFER_RW(Bsdf, BsdfRwBuffer)
-BUFFER_RW(Lobe, LobeRwBuffer)
-BUFFER_RW(ShadowRay, ShadowRayRwBuffer)
-BUFFER_RW(WaveSample, WaveSampleRwBuffer)
+BUFFER_RW(ModelBsdf, ModelBsdfRwBuffer)
+BUFFER_RW(vec2, Vec2RwBuffer)
+BUFFER_RW(int, IntRwBuffer)
 BUFFER_RW(WaveRecord, WaveRecordRwBuffer)
 BUFFER_RW(WaveTree, WaveTreeRwBuffer)
 BUFFER_RW(PendingRay, PendingRayRwBuffer)
@@ -125,30 +116,18 @@ struct WaveData {
   BvhData bvh;
   AccelerationData acceleration;
   UintRwBuffer counters;
-  UintRwBuffer rays_queue;
-  UintRwBuffer shading_queue;
-  UintRwBuffer shadows_queue;
-  // By lane; shadow_rays by light slot x lanes + lane, groups by lane x light_groups + group, lamps likewise, pending
-  // by place on the stack x lanes + lane.
-  CameraRayRwBuffer rays;
-  PathStateRwBuffer paths;
-  HitRwBuffer hits;
-  SurfaceRwBuffer surfaces;
-  BsdfRwBuffer bsdfs;
-  LobeRwBuffer lobes;  // with FEATURE_LOBES
-  ShadowRayRwBuffer shadow_rays;
-  WaveSampleRwBuffer samples;
-  WaveRecordRwBuffer records;
-  Vec3RwBuffer groups;
-  WaveTreeRwBuffer trees;
-  PendingRayRwBuffer pending;
-  Vec3RwBuffer lamps;
-  WaveTermsRwBuffer terms;
-  Vec3RwBuffer base_colors;  // Toon
-  // Toon with outlines: what the camera ray met, while those around it are traced, and what these met.
-  HitRwBuffer outline_hits;
-  OutlinePointRwBuffer outline_points;
-  OutlineSumsRwBuffer outline_sums;
+  // By lane.
+#define LANE_STATE(TYPE, BUFFER, NAME, EACH, NEEDED) BUFFER NAME;
+#define PATH_STATE(TYPE, BUFFER, MEMBER, NEEDED, ABSENT) BUFFER path_##MEMBER;
+#define SHADOW_STATE(TYPE, BUFFER, MEMBER, NEEDED, ABSENT) BUFFER shadow_##MEMBER;
+#define BSDF_STATE(TYPE, BUFFER, MEMBER, NEEDED) BUFFER bsdf_##MEMBER;
+#define LOBE_STATE(MEMBER, PLACE)
+#include "state.inc"
+#undef LANE_STATE
+#undef PATH_STATE
+#undef SHADOW_STATE
+#undef LOBE_STATE
+#undef BSDF_STATE
   // By pixel of the tiles that are being rendered.
   WavePixelBuffer pixels;
   FilmPixelRwBuffer film;
@@ -180,9 +159,8 @@ struct WavePush {
 };
 
 #ifdef __cplusplus
-static_assert(sizeof(WavePixel) == 16 && sizeof(WaveSample) == 24 && sizeof(WaveRecord) == 104 &&
-              sizeof(WaveTree) == 8 && sizeof(WaveTerms) == 20 && sizeof(WavePush) == 48 &&
-              sizeof(TracedGeometry) == 8);
+static_assert(sizeof(WavePixel) == 16 && sizeof(WaveRecord) == 104 && sizeof(WaveTree) == 8 &&
+              sizeof(WaveTerms) == 20 && sizeof(WavePush) == 48 && sizeof(TracedGeometry) == 8);
 }  // namespace cotorra
 #endif
 

@@ -322,8 +322,9 @@ class Renderer {
       const BsdfSample sample{b_.bounce.wi.get(i), b_.bounce.pdf[i], b_.bounce.weight.get(i), b_.bounce.lobe[i]};
       const uint lobes = FEATURE(FEATURE_PROGRAMS) ? b_.shading.lobes[i] : 0u;
       vec3 origin, direction;
-      if (!go_on(lane_at(tracer_, i), path, b_.surface[i], lobes, b_.shading.wo.get(i), sample, roulette[i], origin,
-                 direction)) {
+      const LaneBsdf bsdf{b_.shading, i};
+      if (!go_on(lane_at(tracer_, i), path, b_.surface[i], bsdf, b_.shading.lobe_of(i), lobes, b_.shading.wo.get(i),
+                 sample, roulette[i], origin, direction)) {
         continue;
       }
       start_ray(b_.packets[next / kWidth], next % kWidth, origin, direction, 0.0f, INFINITE_DISTANCE,

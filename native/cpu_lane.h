@@ -15,6 +15,13 @@ struct Lane {
   uint slot;
 };
 
+// The Bsdf at the lane's surface, gathered where it is asked for alone.
+struct LaneBsdf {
+  const ShadingLanes &shading;
+  std::size_t i;
+  operator Bsdf() const { return shading.bsdf(i); }
+};
+
 Lane lane_at(const Tracer &t, std::size_t i) { return {t, i, t.batch.slot[i]}; }
 // For what concerns the sample alone.
 Lane lane_of_sample(const Tracer &t, std::size_t slot) { return {t, 0, static_cast<uint>(slot)}; }
@@ -78,6 +85,7 @@ void push_ray(const Lane &lane, const PendingRay &ray) {
 }  // namespace cotorra
 
 #define LANE const Lane &
+#define LANE_BSDF const LaneBsdf &
 #define SCENE (*lane.t.job.scene)
 #define JOB lane.t.data
 #define FLAG(BIT) ((JOB.flags & (BIT)) != 0u)
@@ -87,8 +95,6 @@ void push_ray(const Lane &lane, const PendingRay &ray) {
 #define FILTER_OFFSET(lane) vec2((lane).t.batch.u[(lane).slot], (lane).t.batch.v[(lane).slot])
 #define GROUP_LIGHT(lane, group) (lane).t.batch.groups[(lane).slot * JOB.light_groups + (group)]
 #define LAMP_LIGHT(lane, lamp) (lane).t.batch.lamps[(lane).slot * JOB.lamp_passes + (lamp)]
-#define BSDF_OF(lane) (lane).t.batch.shading.bsdf((lane).i)
-#define LOBE_OF(lane) (lane).t.batch.shading.lobe_of((lane).i)
 #define MEDIUM(lane) (lane).t.batch.classic->medium[(lane).i]
 #define NOTE_EMISSION note_emission
 #define NOTE_ENVIRONMENT note_environment

@@ -177,50 +177,37 @@ void WavefrontOnCard::upload_bvh(const WideBvh &bvh, Uploader &uploader) {
   wave_.bvh.top_root = bvh.top_root;
 }
 
+// What state.inc asks by.
+#define ASKED(FEATURES) has(FEATURES)
+#define GOES_ON has(FEATURE_BOUNCES | FEATURE_BSDF_RAYS | FEATURE_WHITTED)
+#define DRAWN has(FEATURE_PROGRAMS | FEATURE_LOBES)
+#define SCATTERS scatters()
+#define LIGHT_KINDS (job_.scene->light_kinds != 0u)
+#define JOB wave_.job
+#define SHADOW_SLOTS shadow_slots()
+#define PATH_STATE(TYPE, BUFFER, MEMBER, NEEDED, ABSENT) LANE_STATE(TYPE, BUFFER, path_##MEMBER, 1, NEEDED)
+#define SHADOW_STATE(TYPE, BUFFER, MEMBER, NEEDED, ABSENT) \
+  LANE_STATE(TYPE, BUFFER, shadow_##MEMBER, SHADOW_SLOTS, NEEDED)
+#define LOBE_STATE(MEMBER, PLACE)
+#define BSDF_STATE(TYPE, BUFFER, MEMBER, NEEDED) LANE_STATE(TYPE, BUFFER, bsdf_##MEMBER, 1, DRAWN && SCATTERS && NEEDED)
+
 std::uint64_t WavefrontOnCard::lane_bytes() const {
-  std::uint64_t bytes =
-      sizeof(CameraRay) + sizeof(PathState) + sizeof(Hit) + sizeof(Surface) + sizeof(WaveSample) + 2 * sizeof(uint);
-  if (scatters()) bytes += sizeof(Bsdf);
-  if (scatters() && has(FEATURE_LOBES)) bytes += sizeof(Lobe);
-  bytes += shadow_slots() * (sizeof(ShadowRay) + sizeof(uint));
-  if (has(FEATURE_DATA_PASSES)) bytes += sizeof(WaveRecord);
-  if (has(FEATURE_WHITTED)) bytes += sizeof(WaveTree) + (job_.classic.depth + 1) * sizeof(PendingRay);
-  if (job_.passes.terms) bytes += sizeof(WaveTerms);
-  if (has(FEATURE_TOON)) bytes += sizeof(vec3);
-  if (wave_.job.outlines != 0) bytes += sizeof(Hit) + sizeof(OutlinePoint) + sizeof(OutlineSums);
-  return bytes + (job_.passes.light_groups + job_.passes.lamps) * sizeof(vec3);
+  std::uint64_t bytes = 0;
+#define LANE_STATE(TYPE, BUFFER, NAME, EACH, NEEDED) \
+  if (NEEDED) bytes += sizeof(TYPE) * (EACH);
+#include "../kernels/state.inc"
+#undef LANE_STATE
+  return bytes;
 }
 
 void WavefrontOnCard::allocate_lanes() {
   const std::uint64_t fit = device_.memory_limit() / kPathMemory / lane_bytes();
   const std::uint64_t most = is_cpu(device_.physical()) ? kMostLanesOfCpu : kMostLanes;
   const std::uint64_t n = std::clamp<std::uint64_t>(fit, kFewestLanes, most);
-  const std::uint64_t shadows = n * shadow_slots();
-  wave_.rays_queue.v = add<uint>(n);
-  wave_.shading_queue.v = add<uint>(n);
-  wave_.shadows_queue.v = add<uint>(shadows);
-  wave_.rays.v = add<CameraRay>(n);
-  wave_.paths.v = add<PathState>(n);
-  wave_.hits.v = add<Hit>(n);
-  wave_.surfaces.v = add<Surface>(n);
-  if (scatters()) wave_.bsdfs.v = add<Bsdf>(n);
-  if (scatters() && has(FEATURE_LOBES)) wave_.lobes.v = add<Lobe>(n);
-  wave_.shadow_rays.v = add<ShadowRay>(shadows);
-  wave_.samples.v = add<WaveSample>(n);
-  if (has(FEATURE_DATA_PASSES)) wave_.records.v = add<WaveRecord>(n);
-  if (job_.passes.light_groups > 0) wave_.groups.v = add<vec3>(n * job_.passes.light_groups);
-  if (has(FEATURE_WHITTED)) {
-    wave_.trees.v = add<WaveTree>(n);
-    wave_.pending.v = add<PendingRay>(n * (job_.classic.depth + 1));
-  }
-  if (job_.passes.lamps > 0) wave_.lamps.v = add<vec3>(n * job_.passes.lamps);
-  if (job_.passes.terms) wave_.terms.v = add<WaveTerms>(n);
-  if (has(FEATURE_TOON)) wave_.base_colors.v = add<vec3>(n);
-  if (wave_.job.outlines != 0) {
-    wave_.outline_hits.v = add<Hit>(n);
-    wave_.outline_points.v = add<OutlinePoint>(n);
-    wave_.outline_sums.v = add<OutlineSums>(n);
-  }
+#define LANE_STATE(TYPE, BUFFER, NAME, EACH, NEEDED) \
+  if (NEEDED) wave_.NAME.v = add<TYPE>(n * (EACH));
+#include "../kernels/state.inc"
+#undef LANE_STATE
   counters_ = std::make_unique<Buffer>(device_, WAVE_COUNTERS * sizeof(uint), "paths");
   wave_.counters.v = reinterpret_cast<uint *>(counters_->address());
   counters_host_ = std::make_unique<Buffer>(device_, WAVE_COUNTERS * sizeof(uint), "paths", true);

@@ -226,16 +226,21 @@ STAGES = [
     Case(
         'bounce_stage',
         FACING + 'BsdfSample b; bsdf_sample(bsdf, o, choice.x, u, b); onward = state;'
-        'advanced = select(path_advance(scene, integrator, onward, s, b, choice.y, start), 1u, 0u); next = state;'
-        'goes_on = select(path_bounce(scene, integrator, next, s, bsdf, lobe, o, u, choice, origin, d), 1u, 0u);'
+        'advanced = select(path_advance(scene, integrator, onward, s, b, choice.y, start), 1u, 0u);'
         'apart = state; path_note_kind(bsdf, lobe, o, wi, apart); left = state;'
         'path_leave(scene, path_spread(scene, left, o), left, s);'
         'through = state;'
         'passes = select(path_pass(scene, through, s, o, beyond), 1u, 0u);',
         {'integrator': INTEGRATOR, 'state': PATH, 's': SURFACE, 'material': MATERIAL, 'wo': WO, 'u': SQUARE}
         | {'choice': SQUARE, 'wi': DIRECTION},
-        {'apart': 'PathState', 'goes_on': 'uint', 'next': 'PathState', 'origin': 'vec3', 'd': 'vec3'}
-        | {'advanced': 'uint', 'onward': 'PathState', 'start': 'vec3', 'left': 'PathState', 'through': 'PathState'}
+        {
+            'apart': 'PathState',
+            'advanced': 'uint',
+            'onward': 'PathState',
+            'start': 'vec3',
+            'left': 'PathState',
+            'through': 'PathState',
+        }
         | {'passes': 'uint', 'beyond': 'vec3'},
         ROUNDING,
         scene=True,

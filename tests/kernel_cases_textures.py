@@ -6,7 +6,7 @@ from __future__ import annotations
 import numpy as np
 
 from kernel_cases import POINT, ROUNDING, SURFACE, UINT, UNIT
-from kernel_cases_path import DIRECTION, MATERIAL, NORMAL, WO
+from kernel_cases_path import DIRECTION, MATERIAL, NORMAL, PATH, WO
 from kernel_inputs import choices, hits, integers, uniform, vectors
 from kernel_parity import Case, Tolerance
 
@@ -133,8 +133,7 @@ NORMALS = [
         'through = hit_transparency(scene, hit, wo, VISIBLE_CAMERA); alpha = hit_alpha(scene, hit, wo, VISIBLE_CAMERA);'
         'number = alpha_number(bits, bounce, seed, hit.instance, hit.triangle);'
         'passes = select(lets_through(scene, hit, wo, path, seed), 1u, 0u);',
-        {'hit': ('Hit', hits), 'wo': WO, 'bits': UINT, 'bounce': ('uint', integers(20)), 'seed': UINT}
-        | {'path': ('PathState', paths)},
+        {'hit': ('Hit', hits), 'wo': WO, 'bits': UINT, 'bounce': ('uint', integers(20)), 'seed': UINT} | {'path': PATH},
         {'index': 'uint', 'through': 'vec3', 'alpha': 'float', 'number': 'float', 'passes': 'uint'},
         STEPS,
         scene=True,

@@ -48,6 +48,8 @@ _RECORD = re.compile(r'^RECORD\((\w+)\)', re.MULTILINE)
 _FUNCTION = re.compile(r'^FN\s+\w+\s+(\w+)\s*\(', re.MULTILINE)
 # From the name to the next function, or to the end.
 _DEFINITION = re.compile(r'^FN\s+\w+\s+(\w+)\s*\((.*?)(?=^FN\b|\Z)', re.DOTALL | re.MULTILINE)
+_MEMBERS = re.compile(r'^#define LANE_STATE.*?^#undef BSDF_STATE\n', re.DOTALL | re.MULTILINE)
+_STATE = re.compile(r'^(\w+)_STATE\(\w+, (\w+), (\w+), ', re.MULTILINE)
 _REFERENCE = re.compile(r'^BUFFER_(?:REF|RW)\((\w+),\s*(\w+)\)', re.MULTILINE)
 _CONSTANT = re.compile(r'^const uint (\w+) =\s+(\w+?)u;', re.MULTILINE)
 
@@ -62,8 +64,15 @@ def include(path: Path) -> str:
 
 @cache
 def text(path: Path) -> str:
-    """A header without its comments."""
-    return _COMMENT.sub('', path.read_text())
+    """A header without its comments, and with the members that state.inc lists where they are declared."""
+    return _MEMBERS.sub(_members(), _COMMENT.sub('', path.read_text()))
+
+
+def _members() -> str:
+    """What state.inc declares."""
+    prefixes = {'LANE': '', 'PATH': 'path_', 'SHADOW': 'shadow_', 'BSDF': 'bsdf_'}
+    listed = _STATE.findall(_COMMENT.sub('', (KERNELS / 'state.inc').read_text()))
+    return ''.join(f'  {buffer} {prefixes[kind]}{name};\n' for kind, buffer, name in listed)
 
 
 def functions(path: Path) -> list[str]:

@@ -95,3 +95,23 @@ def test_record_layouts(header: Path) -> None:
 def test_vectors_have_no_padding() -> None:
     assert kernels.dtype_of('vec3') == np.dtype(('<f4', (3,)))
     assert set(kernels.references()) >= {'FloatBuffer', 'LightBuffer'}, 'the parser lost the buffer references'
+
+
+STATE = (kernels.KERNELS / 'state.inc').read_text()
+
+
+@pytest.mark.parametrize('kind, record', [('PATH', 'PathState'), ('SHADOW', 'ShadowRay'), ('BSDF', 'Bsdf')])
+def test_state_lists_every_member(kind: str, record: str) -> None:
+    """What the list left out a later stage would read from nowhere. A Bsdf's normal is the surface's."""
+    members = {field for _, field, _ in kernels.structs()[record]} - {'unused', 'unused2'}
+    listed = re.findall(rf'^{kind}_STATE\(\w+, \w+, (\w+),', STATE, re.MULTILINE)
+    assert sorted(listed) == sorted(members - ({'n'} if kind == 'BSDF' else set()))
+
+
+def test_lobes_take_the_place_of_a_bsdf() -> None:
+    """Each member has a place of its type for itself, beside what a Bsdf tells of a lobe as well."""
+    places = dict(re.findall(r'^LOBE_STATE\((\w+), (\w+)\)', STATE, re.MULTILINE))
+    lobe, bsdf = ({field: kind for kind, field, _ in kernels.structs()[name]} for name in ('Lobe', 'Bsdf'))
+    assert places.keys() == lobe.keys() - {'kind', 'mode'}
+    assert {member: bsdf[place] for member, place in places.items()} == {name: lobe[name] for name in places}
+    assert len(set(places.values())) == len(places) and not {'n', 'n_smooth', 'lobes'} & set(places.values())

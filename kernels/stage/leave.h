@@ -26,16 +26,16 @@ FN uint lamp_of_slot(LANE lane, uint slot, uint slots, float u_pick, IN(Surface)
 }
 
 // Takes the path on from its surface: straight through, or along `b`, a sample of what the surface scatters there.
-// Returns false where it ends.
-FN bool go_on(LANE lane, INOUT(PathState) path, IN(Surface) s, uint lobes, vec3 wo, IN(BsdfSample) b, float u_roulette,
-              OUT(vec3) origin, OUT(vec3) direction) {
+// `lobes` are BSDF_*. Returns false where it ends.
+FN bool go_on(LANE lane, INOUT(PathState) path, IN(Surface) s, LANE_BSDF bsdf, IN(Lobe) lobe, uint lobes, vec3 wo,
+              IN(BsdfSample) b, float u_roulette, OUT(vec3) origin, OUT(vec3) direction) {
   if (FEATURE(FEATURE_PROGRAMS) && (lobes & BSDF_THROUGH) != 0u) {
     direction = -wo;
     return path_pass(SCENE, path, s, wo, origin);
   }
   direction = b.wi;
   if (!path_advance(SCENE, JOB.integrator, path, s, b, u_roulette, origin)) return false;
-  if (SCENE.light_kinds != 0u) path_note_kind(BSDF_OF(lane), LOBE_OF(lane), wo, b.wi, path);
+  if (SCENE.light_kinds != 0u) path_note_kind(bsdf, lobe, wo, b.wi, path);
   // A last ray can only bring light home: where there is none to find, it need not be traced.
   const bool finds =
       FEATURE(FEATURE_BSDF_RAYS) && (FLAG(JOB_LAST_RAYS_FIND_LIGHT) || (path.ray_kind & RAY_MEETS_LAMPS) != 0u);

@@ -7,15 +7,16 @@
 #include "lane.glsl"
 #include "stage/arrive.h"
 #include "stage/leave.h"
+#include "stand.glsl"
 #include "whitted.glsl"
 
 void gather_lights(uint lane) {
   for (uint slot = 0u; slot < push.light_slots; ++slot) {
     const uint place = slot * WAVE.lanes + lane;
-    const float share = WAVE.shadow_rays.v[place].t_max;
+    const float share = LOAD(WAVE.shadow_t_max, place);
     if (share == SHADOW_NONE) continue;
-    const vec3 contribution = WAVE.shadow_rays.v[place].contribution;
-    arrive(lane, push.bounce == 0u, contribution, vec3(share), WAVE.shadow_rays.v[place].group);
+    const ShadowRay ray = load_shadow(place);
+    arrive(lane, push.bounce == 0u, ray.contribution, vec3(share), ray.group);
   }
 }
 
@@ -23,9 +24,9 @@ void gather_lights(uint lane) {
 void gather_tone(uint lane) {
   uint lit = 0u;
   for (uint slot = 0u; slot < push.light_slots; ++slot) {
-    lit += WAVE.shadow_rays.v[slot * WAVE.lanes + lane].t_max >= 0.5f ? 1u : 0u;
+    lit += LOAD(WAVE.shadow_t_max, slot * WAVE.lanes + lane) >= 0.5f ? 1u : 0u;
   }
-  const uint id = WAVE.surfaces.v[lane].material;
+  const uint id = triangle_material(SCENE, WAVE.hits.v[lane].instance, WAVE.hits.v[lane].triangle);
   Material material = LOAD(SCENE.materials, id);
   material.base_color = LOAD(WAVE.base_colors, lane);
   tone_arrives(lane, id, material, lit);
@@ -39,7 +40,8 @@ void gather(uint lane) {
   }
   if (FEATURE(FEATURE_OCCLUSION) && push.sky_slot != INVALID_ID) {
     const uint place = push.sky_slot * WAVE.lanes + lane;
-    sky_arrives(lane, push.bounce == 0u, WAVE.shadow_rays.v[place].contribution, WAVE.shadow_rays.v[place].t_max);
+    const ShadowRay ray = load_shadow(place);
+    sky_arrives(lane, push.bounce == 0u, ray.contribution, ray.t_max);
   }
 }
 
@@ -53,12 +55,12 @@ void main() {
   }
   gather(lane);
   if (!FEATURE(FEATURE_BOUNCES) && !FEATURE(FEATURE_BSDF_RAYS)) return;
-  PathState path = LOAD(WAVE.paths, lane);
-  const Surface s = LOAD(WAVE.surfaces, lane);
-  const Bsdf bsdf = LOAD(WAVE.bsdfs, lane);
-  Lobe lobe;
-  if (FEATURE(FEATURE_LOBES)) lobe = LOAD(WAVE.lobes, lane);
+  PathState path = load_path(lane);
   const vec3 wo = -WAVE.rays.v[lane].direction;
+  const Surface s = surface_at(lane);
+  Bsdf bsdf;
+  Lobe lobe;
+  scattering_at(lane, s, wo, bsdf, lobe);
   const uint block_seed = pixel_of(lane).block_seed;
   const vec2 u = vertex_random(path, block_seed, PAIR_BSDF);
   const vec2 choice = vertex_random(path, block_seed, PAIR_CHOICE);
@@ -67,8 +69,8 @@ void main() {
   CameraRay ray;
   ray.t_min = 0.0f;
   ray.t_max = INFINITE_DISTANCE;
-  if (!go_on(lane, path, s, bsdf.lobes, wo, b, choice.y, ray.origin, ray.direction)) return;
-  STORE(WAVE.paths, lane, path);
+  if (!go_on(lane, path, s, bsdf, lobe, bsdf.lobes, wo, b, choice.y, ray.origin, ray.direction)) return;
+  store_path(lane, path);
   STORE(WAVE.rays, lane, ray);
   STORE(WAVE.rays_queue, append(WAVE_RAYS), lane);
 }

@@ -43,7 +43,7 @@ void main() {
   for (uint k = 0u; k < push.sample_count; ++k) {
     const uint lane = index * push.sample_count + k;
     if (FEATURE(FEATURE_TOON) && JOB.outlines != 0u) draw_line(lane, LOAD(WAVE.outline_sums, lane));
-    const WaveSample s = LOAD(WAVE.samples, lane);
+    const FilmPixel s = LOAD(WAVE.samples, lane);
     vec3 radiance = s.radiance;
     const bool finite = film_add(sum, radiance, s.alpha);
     if (!finite) atomicAdd(WAVE.counters.v[WAVE_REJECTED], 1u);

@@ -39,19 +39,21 @@ vec2 vertex_random(PathState path, uint block_seed, uint pair) {
 
 // ---- What bodies of stages see of a lane; native/cpu_lane.h is the other device's.
 #define LANE uint
+#define LANE_BSDF Bsdf
 #define SCENE WAVE.scene
 #define JOB WAVE.job
 #define FLAG(BIT) ((JOB.flags & (BIT)) != 0u)
 #define SLOT(lane) (lane)  // the sample that it belongs to
 #define RADIANCE(lane) WAVE.samples.v[lane].radiance
 #define ALPHA(lane) WAVE.samples.v[lane].alpha
-#define FILTER_OFFSET(lane) WAVE.samples.v[lane].offset  // from the pixel's centre, pixels
+#define FILTER_OFFSET(lane) WAVE.offsets.v[lane]
 #define GROUP_LIGHT(lane, group) WAVE.groups.v[(lane) * JOB.light_groups + (group)]
 #define LAMP_LIGHT(lane, lamp) WAVE.lamps.v[(lane) * JOB.lamp_passes + (lamp)]
-#define BSDF_OF(lane) LOAD(WAVE.bsdfs, lane)
-#define LOBE_OF(lane) LOAD(WAVE.lobes, lane)
 #define MEDIUM(lane) WAVE.trees.v[lane].medium
-// What passes are told beside light.
+
+#include "state.glsl"
+
+// ---- What passes are told beside light.
 #define NOTE_EMISSION(lane, light) WAVE.records.v[lane].emission += (light)
 #define NOTE_ENVIRONMENT(lane, light) WAVE.records.v[lane].environment += (light)
 #define NOTE_SKY(lane, sky) WAVE.records.v[lane].occlusion = (sky)

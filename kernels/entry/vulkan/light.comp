@@ -5,6 +5,7 @@
 #extension GL_GOOGLE_include_directive : require
 #include "lane.glsl"
 #include "stage/leave.h"
+#include "stand.glsl"
 #include "whitted.glsl"
 
 bool sample_lamp(uint lane, uint slot, uint slots, float u_pick, uint block_seed, PathState path, Surface s, Bsdf bsdf,
@@ -21,17 +22,16 @@ void send_sky(uint lane, PathState path, Surface s, uint block_seed) {
   const uint place = push.sky_slot * WAVE.lanes + lane;
   ShadowRay ray;
   occlusion_ray(SCENE, s, vertex_random(path, block_seed, PAIR_OCCLUSION), JOB.occlusion_distance, ray);
-  if (FLAG(JOB_AMBIENT_OCCLUDED)) ray.contribution = WAVE.shadow_rays.v[place].contribution;
-  STORE(WAVE.shadow_rays, place, ray);
+  if (FLAG(JOB_AMBIENT_OCCLUDED)) ray.contribution = LOAD(WAVE.shadow_contribution, place);
+  store_shadow(place, ray);
   STORE(WAVE.shadows_queue, append(WAVE_SHADOWS), place);
 }
 
 void send_to_lights(uint lane, PathState path, Surface s, uint block_seed) {
-  Bsdf bsdf;
-  if (!FEATURE(FEATURE_TOON)) bsdf = LOAD(WAVE.bsdfs, lane);
-  Lobe lobe;
-  if (FEATURE(FEATURE_LOBES)) lobe = LOAD(WAVE.lobes, lane);
   const vec3 wo = -WAVE.rays.v[lane].direction;
+  Bsdf bsdf;
+  Lobe lobe;
+  if (SCATTERS) scattering_at(lane, s, wo, bsdf, lobe);
   const bool emitters = FEATURE(FEATURE_EMISSIVE_MESHES) && SCENE.emitter_count > 0u;
   const uint lamp_slots = push.light_slots - (emitters ? 1u : 0u);
   const vec2 pick = vertex_random(path, block_seed, PAIR_PICK);
@@ -48,12 +48,12 @@ void send_to_lights(uint lane, PathState path, Surface s, uint block_seed) {
     }
     const uint place = slot * WAVE.lanes + lane;
     if (!sent) {
-      WAVE.shadow_rays.v[place].t_max = SHADOW_NONE;
+      STORE(WAVE.shadow_t_max, place, SHADOW_NONE);
       continue;
     }
     const bool shadow = ray.visibility != 0u;
     if (!shadow) ray.t_max = 1.0f;  // all of it arrives
-    STORE(WAVE.shadow_rays, place, ray);
+    store_shadow(place, ray);
     if (shadow) STORE(WAVE.shadows_queue, append(WAVE_SHADOWS), place);
   }
 }
@@ -62,8 +62,8 @@ void main() {
   if (beyond(WAVE_SHADING)) return;
   const uint lane = LOAD(WAVE.shading_queue, gl_GlobalInvocationID.x);
   if (FEATURE(FEATURE_WHITTED) && !stands_at_surface(lane)) return;
-  const PathState path = LOAD(WAVE.paths, lane);
-  const Surface s = LOAD(WAVE.surfaces, lane);
+  const PathState path = load_path(lane);
+  const Surface s = surface_at(lane);
   const uint block_seed = pixel_of(lane).block_seed;
   if (push.light_slots > 0u) send_to_lights(lane, path, s, block_seed);
   if (FEATURE(FEATURE_OCCLUSION) && push.sky_slot != INVALID_ID) send_sky(lane, path, s, block_seed);

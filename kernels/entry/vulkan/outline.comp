@@ -9,7 +9,7 @@
 // The camera ray of the lane, moved as ray 0 to 8 is.
 void start_moved(uint lane, uint ray_number) {
   const WavePixel pixel = pixel_of(lane);
-  const vec2 offset = WAVE.samples.v[lane].offset;
+  const vec2 offset = FILTER_OFFSET(lane);
   const vec2 move = outline_move(ray_number);
   const float x = float(pixel.x) + 0.5f + offset.x + move.x * JOB.outline_x;
   const float y = float(pixel.y) + 0.5f + offset.y + move.y * JOB.outline_y;

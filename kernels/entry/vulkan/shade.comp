@@ -11,16 +11,16 @@
 // Does the lane stand at a surface that may be lit? What the ray met there and on its way is added.
 bool shade(uint lane) {
   const CameraRay ray = LOAD(WAVE.rays, lane);
-  PathState path = LOAD(WAVE.paths, lane);
+  PathState path = load_path(lane);
   const Hit hit = LOAD(WAVE.hits, lane);
   if (FEATURE(FEATURE_TRANSPARENCY)) {
     if (hit.t == HIT_ENDED) return false;
     path.transparent_bounces += hit.crossed;
-    WAVE.paths.v[lane].transparent_bounces = path.transparent_bounces;
+    STORE(WAVE.path_transparent_bounces, lane, path.transparent_bounces);
   }
   if (FEATURE(FEATURE_WHITTED)) {
     absorb(lane, hit.t, path);
-    WAVE.paths.v[lane].throughput = path.throughput;
+    STORE(WAVE.path_throughput, lane, path.throughput);
   }
   if (!meet(lane, path, ray.origin, ray.direction, hit)) return false;
   Surface s;
@@ -28,12 +28,10 @@ bool shade(uint lane) {
   Material material = LOAD(SCENE.materials, s.material);
   if (FEATURE(FEATURE_EMISSIVE_MESHES)) add_emission(lane, path, s, material, ray.direction);
   if (path_is_last(JOB.integrator, path)) return false;  // it only brought light home
-  // Neither Toon nor a picture of the sky asks what the surface does with light.
-  const bool lit = !FEATURE(FEATURE_TOON) && !(FEATURE(FEATURE_OCCLUSION) && FLAG(JOB_OCCLUSION_PICTURE));
   Bsdf bsdf;
   Lobe lobe;
   vec3 weight = vec3(1.0f);
-  if (FEATURE(FEATURE_PROGRAMS | FEATURE_LOBES)) {
+  if (DRAWN) {
     const float u = vertex_random(path, pixel_of(lane).block_seed, PAIR_CLOSURE).x;
     const ShaderPoint at = path_point(SCENE, path, s, -ray.direction, hit.t);
     SurfaceShading shading;
@@ -41,8 +39,9 @@ bool shade(uint lane) {
     material = shading.material;
     weight = shading.weight;
     path.throughput = path.throughput * weight;
-    WAVE.paths.v[lane].throughput = path.throughput;
-  } else if (lit || FEATURE(FEATURE_DATA_PASSES | FEATURE_TERMS)) {
+    STORE(WAVE.path_throughput, lane, path.throughput);
+    STORE(WAVE.normals, lane, s.n);
+  } else if (SCATTERS || FEATURE(FEATURE_DATA_PASSES | FEATURE_TERMS)) {
     bsdf_prepare(SCENE, material, s.n, s.ng, -ray.direction, bsdf);
   }
   if (FEATURE(FEATURE_WHITTED)) whitted_prepare(material, LOAD(SCENE.classic, s.material), bsdf);
@@ -50,15 +49,13 @@ bool shade(uint lane) {
   if (FEATURE(FEATURE_OCCLUSION) && FLAG(JOB_AMBIENT)) {
     const vec3 light = ambient_light(lane, path, s.material, material);
     if (FLAG(JOB_AMBIENT_OCCLUDED)) {  // light.comp completes the ray to the sky
-      WAVE.shadow_rays.v[push.sky_slot * WAVE.lanes + lane].contribution = light;
+      STORE(WAVE.shadow_contribution, push.sky_slot * WAVE.lanes + lane, light);
     } else {
       add_light(lane, light, -1);
     }
   }
   if (FEATURE(FEATURE_TOON)) STORE(WAVE.base_colors, lane, material.base_color);
-  STORE(WAVE.surfaces, lane, s);
-  if (lit) STORE(WAVE.bsdfs, lane, bsdf);
-  if (FEATURE(FEATURE_LOBES) && lit) STORE(WAVE.lobes, lane, lobe);
+  if (DRAWN && SCATTERS) store_scattering(lane, bsdf, lobe);
   if (FEATURE(FEATURE_WHITTED)) push_children(lane, path, s, material, bsdf, -ray.direction);
   return true;
 }

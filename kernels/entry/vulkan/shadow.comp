@@ -10,7 +10,7 @@
 void main() {
   if (beyond(WAVE_SHADOWS)) return;
   const uint place = LOAD(WAVE.shadows_queue, gl_GlobalInvocationID.x);
-  ShadowRay ray = LOAD(WAVE.shadow_rays, place);
+  ShadowRay ray = load_shadow(place);
   const bool to_light = place / WAVE.lanes != push.sky_slot;  // glass hides the sky
   const bool through_glass = FEATURE(FEATURE_WHITTED) && FLAG(JOB_TRANSPARENT_SHADOWS) && to_light;
   // Any surface will do, unless light may come through it.
@@ -19,7 +19,7 @@ void main() {
   Passage passage;
   passage.light = ray.contribution;
   passage.kept = vec3(1.0f);
-  passage.crossed = WAVE.paths.v[lane].transparent_bounces;
+  passage.crossed = load_path(lane).transparent_bounces;
   passage.panes = 0u;
   uvec2 left = uvec2(INVALID_ID, INVALID_ID);
   if (WAVE.scene.starts_at_point != 0u) {
@@ -36,8 +36,8 @@ void main() {
   vec3 light = passage.light;
   // What has a colour dims the light itself; the rest is the share that arrives.
   const float arrived = max_component(kept);
-  WAVE.shadow_rays.v[place].t_max = arrived;
+  STORE(WAVE.shadow_t_max, place, arrived);
   if (arrived > 0.0f && min(kept.x, min(kept.y, kept.z)) < arrived) light = light * (kept * (1.0f / arrived));
   // A pane is not a shadow: what it takes away is missing from the light that could arrive, too.
-  if ((through_glass || FEATURE(FEATURE_PROGRAMS)) && arrived > 0.0f) WAVE.shadow_rays.v[place].contribution = light;
+  if ((through_glass || FEATURE(FEATURE_PROGRAMS)) && arrived > 0.0f) STORE(WAVE.shadow_contribution, place, light);
 }

@@ -11,7 +11,7 @@ void main() {
   if (beyond(WAVE_RAYS)) return;
   const uint lane = LOAD(WAVE.rays_queue, gl_GlobalInvocationID.x);
   const CameraRay ray = LOAD(WAVE.rays, lane);
-  const PathState path = LOAD(WAVE.paths, lane);
+  const PathState path = load_path(lane);
   uint crossed = 0u;
   uvec2 left = uvec2(INVALID_ID, INVALID_ID);
   // Whitted's rays waited while others were traced: the lane's surface is not theirs.

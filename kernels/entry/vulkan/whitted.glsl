@@ -22,7 +22,7 @@ bool take_pending(uint lane) {
   const PendingRay next = LOAD(WAVE.pending, tree.pending * WAVE.lanes + lane);
   tree.medium = next.medium;
   STORE(WAVE.trees, lane, tree);
-  STORE(WAVE.paths, lane, next.path);
+  store_path(lane, next.path);
   CameraRay ray;
   ray.origin = next.origin;
   ray.t_min = 0.0f;
