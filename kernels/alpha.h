@@ -16,9 +16,12 @@ FN vec3 hit_transparency(IN(SceneData) scene, IN(Hit) hit, vec3 direction, uint 
   const Material material = LOAD(scene.materials, index);
   if ((material.flags & MATERIAL_TRANSPARENT) == 0u) return vec3(0.0f);
   if (!material_varies(material)) return vec3(unit_clamp(1.0f - material.alpha));
-  Surface s;
-  surface_from_hit(scene, hit, direction, s);
-  ShaderPoint at = shader_point(s, -direction, hit.t);
+  ShaderPoint at = mesh_point(hit, direction);
+  if ((LOAD(scene.programs, index).flags & PROGRAM_PLACE) == 0u) {
+    Surface s;
+    surface_from_hit(scene, hit, direction, s);
+    at = shader_point(s, -direction, hit.t);
+  }
   at.ray_kind = ray_kind;
   return material_transparency(scene, index, at);
 }

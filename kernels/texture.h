@@ -15,14 +15,17 @@ const float TEXEL_RANGE = 1e9f;  // coordinates beyond, in texels, and NaN count
 
 // sRGB decoded (IEC 61966-2-1). Above the linear part ((c + 0.055) / 1.055)^2.4 as x^2 times a polynomial of the fourth
 // root, fitted to 4.3e-7 relative: a sixth of the time of pow, and the same bits on each device.
-FN float srgb_decode(float c) {
-  if (c > 1.0f) return pow((c + 0.055f) * (1.0f / 1.055f), 2.4f);
+FN float srgb_decode_unit(float c) {
   const float x = (max(c, 0.0f) + 0.055f) * (1.0f / 1.055f);
   const float q = sqrt(sqrt(x));
   const float p = -0.0139422753f +
                   q * (0.253816187f + q * (1.03030944f + q * (-0.394730717f + q * (0.152997285f + q * -0.02845003f))));
   return select(c < 0.04045f, max(c, 0.0f) * (1.0f / 12.92f), x * x * p);
 }
+FN float srgb_decode(float c) { return c > 1.0f ? pow((c + 0.055f) * (1.0f / 1.055f), 2.4f) : srgb_decode_unit(c); }
+
+// Bytes of a number.
+FN uint texel_bytes(uint format) { return format == TEXELS_UINT8 ? 1u : (format == TEXELS_FLOAT ? 4u : 2u); }
 
 // A half float from its 16 bits; infinity and NaN become numbers of 65536 and above.
 FN float float_from_half(uint h) {
@@ -101,36 +104,62 @@ FN float texture_weight(vec4 weights, int i) {
   return select(i == 0, weights.x, select(i == 1, weights.y, select(i == 2, weights.z, weights.w)));
 }
 
-// The image at (s, t), filtered; (0, 0) is its lower left corner, (1, 1) its upper right one. One loop for all filters,
-// since compilers for graphics cards copy what is called to each place that calls it.
-FN vec4 texture_filtered(IN(Texture) t, vec2 st, uint interpolation, uint extension) {
-  const int taps = select(interpolation == INTERPOLATION_LINEAR, 2, select(interpolation == INTERPOLATION_CUBIC, 4, 1));
+// Texels of a row or column that a filter takes.
+FN int texture_taps(uint interpolation) {
+  return select(interpolation == INTERPOLATION_LINEAR, 2, select(interpolation == INTERPOLATION_CUBIC, 4, 1));
+}
+
+// The first texel that a filter takes, which may lie outside, and the way to the next one from that before the point.
+struct TexturePlace {
+  int x;
+  int y;
+  float fx;
+  float fy;
+};
+
+// (0, 0) is the image's lower left corner, (1, 1) its upper right one.
+FN TexturePlace texture_place(IN(Texture) t, vec2 st, uint interpolation) {
+  const int taps = texture_taps(interpolation);
   // Texels have their values at their centres.
   const float centre = select(taps == 1, 0.0f, 0.5f);
   const int before = select(taps == 4, 1, 0);
-  float fx;
-  float fy;
-  const int x = texture_split(st.x * float(int(t.width)) - centre, fx) - before;
-  const int y = texture_split(st.y * float(int(t.height)) - centre, fy) - before;
-  const vec4 wx = texture_weights(interpolation, fx);
-  const vec4 wy = texture_weights(interpolation, fy);
+  TexturePlace p;
+  p.x = texture_split(st.x * float(int(t.width)) - centre, p.fx) - before;
+  p.y = texture_split(st.y * float(int(t.height)) - centre, p.fy) - before;
+  return p;
+}
+
+// The image at a place, filtered. One loop for all filters, since compilers for graphics cards copy what is called to
+// each place that calls it.
+FN vec4 texture_gather(IN(Texture) t, IN(TexturePlace) p, uint interpolation, uint extension) {
+  const int taps = texture_taps(interpolation);
+  const vec4 wx = texture_weights(interpolation, p.fx);
+  const vec4 wy = texture_weights(interpolation, p.fy);
   vec4 sum = vec4(0.0f, 0.0f, 0.0f, 0.0f);
   for (int j = 0; j < taps; ++j) {
-    const int row = texture_wrap(y + j, int(t.height), extension);
+    const int row = texture_wrap(p.y + j, int(t.height), extension);
     vec4 line = vec4(0.0f, 0.0f, 0.0f, 0.0f);
     for (int i = 0; i < taps; ++i) {
-      line = line + texture_texel(t, texture_wrap(x + i, int(t.width), extension), row) * texture_weight(wx, i);
+      line = line + texture_texel(t, texture_wrap(p.x + i, int(t.width), extension), row) * texture_weight(wx, i);
     }
     sum = sum + line * texture_weight(wy, j);
   }
   return sum;
 }
 
+FN vec4 texture_filtered(IN(Texture) t, vec2 st, uint interpolation, uint extension) {
+  return texture_gather(t, texture_place(t, st, interpolation), interpolation, extension);
+}
+
+// A colour divided by its alpha, where that is asked for and can be.
+FN vec3 texture_straight(bool unassociate, vec4 c) {
+  const bool divide = unassociate && c.w != 0.0f;
+  return vec3(c.x, c.y, c.z) * (1.0f / select(divide, c.w, 1.0f));
+}
+
 // A filtered texel, linear, with its colour divided by its alpha where that is asked for.
 FN vec4 texture_linear(IN(Texture) t, bool unassociate, vec4 c) {
-  const bool divide = unassociate && c.w != 0.0f && c.w != 1.0f;
-  const float scale = divide ? 1.0f / c.w : 1.0f;
-  const vec3 rgb = vec3(c.x, c.y, c.z) * scale;
+  const vec3 rgb = texture_straight(unassociate, c);
   if (t.srgb == 0u) return vec4(rgb.x, rgb.y, rgb.z, c.w);
   return vec4(srgb_decode(rgb.x), srgb_decode(rgb.y), srgb_decode(rgb.z), c.w);
 }

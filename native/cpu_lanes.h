@@ -12,8 +12,10 @@
 // minutes.
 #if defined(__GNUC__) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
 #define COTORRA_FLATTEN [[gnu::flatten, gnu::noinline]]
+#define COTORRA_APART [[gnu::noinline]]
 #else
 #define COTORRA_FLATTEN
+#define COTORRA_APART
 #endif
 
 namespace cotorra {
@@ -87,6 +89,18 @@ struct ShadingLanes {
     if (FEATURE(FEATURE_MODELS) && has_model(i)) b.model = model[i];
     return b;
   }
+  // Of a lane with a model: what of Bsdf counts for it.
+  Bsdf model_bsdf(std::size_t i) const {
+    Bsdf b;
+    b.n = n.get(i);
+    b.n_glossy = n_glossy.get(i);
+    b.n_smooth = FEATURE(FEATURE_PROGRAMS) ? n_smooth.get(i) : b.n;
+    b.p_glossy = p_glossy[i];
+    b.no = no[i];
+    b.lobes = lobes[i];
+    b.model = model[i];
+    return b;
+  }
   bool has_model(std::size_t i) const { return model[i].model != MODEL_PRINCIPLED; }
   // For loops that vectorise: as if no lane had a model, which the compiler sees.
   Bsdf principled(std::size_t i) const {
@@ -147,7 +161,10 @@ struct LightLanes {
   Vec3s origin, wi, contribution;
   Floats distance;
   Floats lift;  // terminator_amount
+  Vec3s weight;  // for lanes that are done one at a time
+  Floats pdf;
 };
+constexpr bool kSingleLanes = FEATURE(FEATURE_LOBES) || FEATURE(FEATURE_MODELS);
 
 // What each lane's sample of its BSDF is.
 struct BounceLanes {
@@ -180,6 +197,22 @@ COTORRA_FLATTEN void shape_surfaces(HitLanes &in, int n, ShadingLanes &out) {
   }
 }
 
+// A lamp's samples for lanes whose surface is a Lobe or has a model, one after the other. Apart, since there is a loop
+// over all lanes for each kind of lamp.
+COTORRA_APART void sample_lamp_singly(const SceneData &scene, const Light &light, const ShadingLanes &in, int n,
+                                      LightLanes &out) {
+  for (std::size_t i = 0; i < static_cast<std::size_t>(n); ++i) {
+    const bool lobe = FEATURE(FEATURE_LOBES) && has_lobe(in.lobe_of(i));
+    if (!lobe && !(FEATURE(FEATURE_MODELS) && in.has_model(i))) continue;
+    const LightSample l{out.wi.get(i), out.distance[i], out.weight.get(i), out.pdf[i]};
+    const vec3 wo = in.wo.get(i);
+    const vec3 throughput = in.throughput.get(i);
+    out.contribution.set(
+        i, lobe ? lobe_light_contribution(scene, light, l, in.bsdf(i), in.lobe_of(i), wo, throughput, 1.0f)
+                : light_contribution(light, l, in.model_bsdf(i), wo, throughput, 1.0f));
+  }
+}
+
 // One sample of a lamp for each lane. What distinguishes the kinds of lamps is constant in each instance, since a loop
 // with conditions that do not change in it would not vectorise.
 template <uint kType, bool kDisk>
@@ -200,21 +233,11 @@ COTORRA_FLATTEN void sample_lamp(const SceneData &scene, const Light &lamp, cons
     out.lift[i] = select(n_wi > 0.0f, terminator_amount(in.terminator[i], n_wi, dot(ng, l.wi)), 0.0f);
     out.wi.set(i, l.wi);
     out.distance[i] = l.distance;
+    if (!kSingleLanes) continue;
+    out.weight.set(i, l.weight);
+    out.pdf[i] = l.pdf;
   }
-  for (std::size_t i = 0; FEATURE(FEATURE_LOBES) && i < static_cast<std::size_t>(n); ++i) {
-    if (!has_lobe(in.lobe[i])) continue;
-    LightSample l;
-    light_sample(light, in.p.get(i), in.n.get(i), vec2(u[i], v[i]), l);
-    out.contribution.set(
-        i, lobe_light_contribution(scene, light, l, in.bsdf(i), in.lobe[i], in.wo.get(i), in.throughput.get(i), 1.0f));
-  }
-  if (!FEATURE(FEATURE_MODELS)) return;
-  for (std::size_t i = 0; i < static_cast<std::size_t>(n); ++i) {
-    if (!in.has_model(i)) continue;
-    LightSample l;
-    light_sample(light, in.p.get(i), in.n.get(i), vec2(u[i], v[i]), l);
-    out.contribution.set(i, light_contribution(light, l, in.bsdf(i), in.wo.get(i), in.throughput.get(i), 1.0f));
-  }
+  if (kSingleLanes) sample_lamp_singly(scene, light, in, n, out);
 }
 
 // Dims each lane's sample of a lamp by the lamp's shape. A loop of its own: Blender's own lamps have nothing to do
@@ -236,28 +259,30 @@ inline void set_sample(const BsdfSample &b, std::size_t i, BounceLanes &out) {
   out.lobe[i] = b.lobe;
 }
 
-// Samples one lane's BSDF, with or without a model.
-inline void sample_bsdf_lane(const Bsdf &bsdf, const ShadingLanes &in, vec3 u, std::size_t i, BounceLanes &out) {
-  BsdfSample b;
-  bsdf_sample(bsdf, in.wo.get(i), u.x, vec2(u.y, u.z), b);
-  set_sample(b, i, out);
+// The lanes whose surface is a Lobe or has a model.
+COTORRA_APART void sample_bsdf_singly(const SceneData &scene, const ShadingLanes &in, const float *choice,
+                                      const float *u, const float *v, int n, BounceLanes &out) {
+  for (std::size_t i = 0; i < static_cast<std::size_t>(n); ++i) {
+    BsdfSample b;
+    if (FEATURE(FEATURE_LOBES) && has_lobe(in.lobe_of(i))) {
+      scattering_sample(scene, in.bsdf(i), in.lobe_of(i), in.wo.get(i), choice[i], vec2(u[i], v[i]), b);
+    } else if (FEATURE(FEATURE_MODELS) && in.has_model(i)) {
+      bsdf_sample(in.model_bsdf(i), in.wo.get(i), choice[i], vec2(u[i], v[i]), b);
+    } else {
+      continue;
+    }
+    set_sample(b, i, out);
+  }
 }
 
 COTORRA_FLATTEN void sample_bsdf(const SceneData &scene, const ShadingLanes &in, const float *choice, const float *u,
                                  const float *v, int n, BounceLanes &out) {
   for (std::size_t i = 0; i < static_cast<std::size_t>(n); ++i) {
-    sample_bsdf_lane(in.principled(i), in, vec3(choice[i], u[i], v[i]), i, out);
-  }
-  for (std::size_t i = 0; FEATURE(FEATURE_LOBES) && i < static_cast<std::size_t>(n); ++i) {
-    if (!has_lobe(in.lobe[i])) continue;
     BsdfSample b;
-    scattering_sample(scene, in.bsdf(i), in.lobe[i], in.wo.get(i), choice[i], vec2(u[i], v[i]), b);
+    bsdf_sample(in.principled(i), in.wo.get(i), choice[i], vec2(u[i], v[i]), b);
     set_sample(b, i, out);
   }
-  if (!FEATURE(FEATURE_MODELS)) return;
-  for (std::size_t i = 0; i < static_cast<std::size_t>(n); ++i) {
-    if (in.has_model(i)) sample_bsdf_lane(in.bsdf(i), in, vec3(choice[i], u[i], v[i]), i, out);
-  }
+  if (kSingleLanes) sample_bsdf_singly(scene, in, choice, u, v, n, out);
 }
 
 using SampleLamp = void (*)(const SceneData &, const Light &, const ShadingLanes &, const float *, const float *, int,

@@ -4,8 +4,11 @@
 // alone.
 #pragma once
 
+#include <algorithm>
+
 #include "../kernels/program/pure.h"
 #include "cpu_loops.h"
+#include "cpu_program.h"
 
 namespace cotorra {
 namespace {
@@ -36,12 +39,11 @@ struct VectorNumber {
   }
 };
 
-// Ways to mix, with bits 8 and 9 of the op's mode in bits 5 and 6.
+// Ways to mix; what is clamped is another loop's.
 template <uint kMode>
 struct MixColor {
-  COTORRA_LOOP void run(Columns a, int n, Results out) {
-    constexpr uint mode = (kMode & 31u) | (kMode >> 5) << 8;
-    COTORRA_EACH store(out, i, op_mix_color(mode, a[0][i], column_vector(a, 1, i), column_vector(a, 4, i)));
+  COTORRA_LOOP void run(const float *factor, Columns a, int n, Results out) {
+    COTORRA_EACH store(out, i, op_mix_color(kMode, factor[i], column_vector(a, 1, i), column_vector(a, 4, i)));
   }
 };
 
@@ -148,6 +150,19 @@ bool run_math(uint mode, Columns a, int n, Results out) {
   return true;
 }
 
+bool run_mix_color(uint mode, Columns a, int n, Results out) {
+  if ((mode & ~(31u | MIX_CLAMP_FACTOR | MIX_CLAMP_RESULT)) != 0u) return false;
+  float clamped[kProgramLanes];
+  const bool clamp = (mode & MIX_CLAMP_FACTOR) != 0u;
+  if (clamp) {
+    std::copy_n(a[0], n, clamped);
+    saturate_loop(n, clamped);
+  }
+  if (!run_mode<MixColor, 19>(mode & 31u, clamp ? clamped : a[0], a, n, out)) return false;
+  for (int c = 0; (mode & MIX_CLAMP_RESULT) != 0u && c < 3; ++c) saturate_loop(n, out[c]);
+  return true;
+}
+
 // Runs the op for n points and returns true where it has a loop.
 bool run_pure(uint op, uint mode, Columns a, int n, Results out) {
   const auto run = [&](Loop loop) {
@@ -162,8 +177,7 @@ bool run_pure(uint op, uint mode, Columns a, int n, Results out) {
     case OP_VECTOR_MATH_F:
       return run_mode<VectorNumber, 10>(mode, a, n, out);
     case OP_MIX_COLOR:
-      return (mode & ~0x31fu) == 0u && (mode & 31u) < 19u &&
-             run_mode<MixColor, 128>((mode & 31u) | (mode >> 8) << 5, a, n, out);
+      return run_mix_color(mode, a, n, out);
     case OP_MIX_F:
       return run_mode<MixNumber, 2>(mode, a, n, out);
     case OP_MIX_V:

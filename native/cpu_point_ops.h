@@ -3,6 +3,7 @@
 // looks up does not vectorise, but nothing asks for the op or copies arguments. Included by cpu_program.cpp alone.
 #pragma once
 
+#include <algorithm>
 #include <functional>
 
 #include "../kernels/program/program.h"
@@ -156,18 +157,79 @@ struct Curves {
 
 // ---- Images
 
-// Flat, by the interpolation.
+// Points whose texels are asked for before the first of them is read: what a point waits for is memory.
+constexpr int kTexelBlock = 64;
+struct TexelBlock {
+  TexturePlace place[kTexelBlock];
+  float r[kTexelBlock], g[kTexelBlock], b[kTexelBlock], a[kTexelBlock];
+  uint srgb[kTexelBlock];
+};
+
+inline void prefetch_texel(const Texture &t, int x, int y, uint extension) {
+  const int column = texture_wrap(x, static_cast<int>(t.width), extension);
+  const int row = texture_wrap(y, static_cast<int>(t.height), extension);
+  if (column < 0 || row < 0) return;
+  const std::size_t number = std::size_t{static_cast<uint>(row) * t.width + static_cast<uint>(column)} * t.channels;
+  [[maybe_unused]] const char *texel = reinterpret_cast<const char *>(t.texels.v) + number * texel_bytes(t.format);
+#if defined(__GNUC__)
+  __builtin_prefetch(texel);
+#endif
+}
+
+// Flat, by the interpolation: image_lookup of a block of points.
 template <uint kInterpolation>
 struct FlatImage {
   COTORRA_LOOP void run(const SceneData &scene, uint mode, bool alpha, Columns a, int n, Results out) {
-    const uint known = (mode & ~(3u | 3u << 4)) | kInterpolation | PROJECTION_FLAT << 4;
-    COTORRA_EACH {
-      const vec4 c = image_lookup(scene, known, column_vector(a, 0, i), a[3][i], 0.0f, vec3(0.0f));
-      out[0][i] = alpha ? c.w : c.x;
-      if (alpha) continue;
-      out[1][i] = c.y;
-      out[2][i] = c.z;
+    for (int begin = 0; begin < n; begin += kTexelBlock) {
+      const float *const columns[] = {a[0] + begin, a[1] + begin, a[3] + begin};
+      float *const parts[] = {out[0] + begin, alpha ? nullptr : out[1] + begin, alpha ? nullptr : out[2] + begin};
+      block(scene, mode, alpha, columns, std::min(n - begin, kTexelBlock), parts);
     }
+  }
+
+  static void decode(const uint *srgb, int n, float *c) {
+    bool bright = false;
+    COTORRA_EACH bright |= c[i] > 1.0f;
+    if (bright) {
+      COTORRA_EACH c[i] = srgb[i] != 0u ? srgb_decode(c[i]) : c[i];
+    } else {
+      COTORRA_EACH c[i] = select(srgb[i] != 0u, srgb_decode_unit(c[i]), c[i]);
+    }
+  }
+
+  static void block(const SceneData &scene, uint mode, bool alpha, Columns a, int n, Results out) {
+    const uint extension = (mode >> 2) & 3u;
+    TexelBlock t;
+    // 1. Where the texels are.
+    COTORRA_EACH {
+      const Texture &image = scene.textures.v[image_index(scene, a[2][i])];
+      t.place[i] = texture_place(image, vec2(a[0][i], a[1][i]), kInterpolation);
+      t.srgb[i] = image.srgb;
+      for (int j = 0; j < texture_taps(kInterpolation); ++j) {
+        prefetch_texel(image, t.place[i].x, t.place[i].y + j, extension);
+      }
+    }
+    // 2. The texels, filtered.
+    COTORRA_EACH {
+      const Texture &image = scene.textures.v[image_index(scene, a[2][i])];
+      const vec4 c = texture_gather(image, t.place[i], kInterpolation, extension);
+      t.r[i] = c.x;
+      t.g[i] = c.y;
+      t.b[i] = c.z;
+      t.a[i] = c.w;
+    }
+    if (alpha) {
+      COTORRA_EACH out[0][i] = t.a[i];
+      return;
+    }
+    // 3. Linear.
+    const bool unassociate = (mode & IMAGE_UNASSOCIATE) != 0u;
+    bool decoded = false;
+    COTORRA_EACH {
+      store(out, i, texture_straight(unassociate, vec4(t.r[i], t.g[i], t.b[i], t.a[i])));
+      decoded |= t.srgb[i] != 0u;
+    }
+    for (int c = 0; decoded && c < 3; ++c) decode(t.srgb, n, out[c]);
   }
 };
 COTORRA_LOOP void mapped_image(const SceneData &scene, uint mode, bool alpha, Columns a, int n, Results out) {

@@ -95,6 +95,11 @@ void run(const ProgramBatch &b, std::uint32_t first, std::uint32_t end) {
 
 }  // namespace
 
+// Of kernels/program/pure.h, for the kernels of the same instruction set.
+namespace COTORRA_PROGRAM_LOOPS {
+vec3 pure_op(uint op, uint mode, const ProgramArguments &a) { return program_pure(op, mode, a); }
+}  // namespace COTORRA_PROGRAM_LOOPS
+
 extern const RunProgram COTORRA_PROGRAM_NAME;
 const RunProgram COTORRA_PROGRAM_NAME = run;
 

@@ -82,6 +82,7 @@ class Compiler {
     } else {
       out.program.transparency = writer.value(transparency_);
       out.transparency_needs = writer.needs();
+      if (!out.transparency_needs.point) out.program.flags |= PROGRAM_PLACE;
       notes_.transparency_sources = writer.sources();
     }
     if (graph_.is_constant(emission_)) {
@@ -423,6 +424,9 @@ class Compiler {
     }
     out.program.surface = writer.closures(rows);
     out.surface_needs = writer.needs();
+    if (out.surface_needs.footprint) out.program.flags |= PROGRAM_FOOTPRINT;
+    const bool plain = rows.size() == 1 && rows[0].kind == CLOSURE_PRINCIPLED && !out.asks_lobes;
+    if (plain) out.program.flags |= PROGRAM_PLAIN;
     notes_.surface_sources = writer.sources();
   }
 

@@ -68,9 +68,13 @@ struct PlainSurface {
 struct ProgramNeeds {
   uint groups = 0;
   uint variants = 0;
+  bool footprint = false;  // how wide the ray is
+  bool point = false;      // more of the point than its place on its mesh
   void add(const ProgramNeeds &other) {
     groups |= other.groups;
     variants |= other.variants;
+    footprint |= other.footprint;
+    point |= other.point;
   }
 };
 

@@ -6,6 +6,7 @@
 #include <stdexcept>
 
 #include "../kernels/program/ops.h"
+#include "../kernels/program/point.h"
 
 namespace cotorra {
 
@@ -25,6 +26,16 @@ void ProgramWriter::begin(const std::vector<Value> &roots) {
   for (std::size_t k = 0; k < graph_.size(); ++k) {
     if (uses_[k] > 0 && !graph_.is_constant(static_cast<Value>(k))) write(static_cast<Value>(k));
   }
+}
+
+// What the instruction of a node needs.
+static ProgramNeeds needs_of(const ProgramGraph::Node &node) {
+  const uint op = node.op->number;
+  const uint group = program_group(op);
+  const bool moved = group == GROUP_COORDINATES && node.mode >> 30 != SHIFT_NONE;
+  const bool of_mesh = op == OP_PARAMETRIC || op == OP_GENERATED || (op >= OP_ATTRIBUTE && op <= OP_ATTRIBUTE_FAC);
+  return {group, program_variants(op, node.mode), moved || op == OP_BUMP || op == OP_WIREFRAME,
+          op < OP_SPLAT && (moved || !of_mesh)};
 }
 
 void ProgramWriter::write(Value v) {
@@ -47,7 +58,7 @@ void ProgramWriter::write(Value v) {
   code_.push_back(node.mode);
   code_.insert(code_.end(), references.begin(), references.end());
   out_.ops_used[node.op->number / 64] |= std::uint64_t{1} << (node.op->number % 64);
-  needs_.add({program_group(node.op->number), program_variants(node.op->number, node.mode)});
+  needs_.add(needs_of(node));
   sources_.push_back(node.source);
 }
 

@@ -227,6 +227,22 @@ def test_passes_show_textured_values() -> None:
     assert seen['emission'] == pytest.approx(expected, abs=TOLERANCE)
 
 
+@pytest.mark.parametrize('kind', (np.uint8, np.uint16, np.float16, np.float32), ids=lambda kind: kind.__name__)
+@pytest.mark.parametrize('interpolation', (CLOSEST, LINEAR, CUBIC), ids=('closest', 'linear', 'cubic'))
+def test_surfaces_read_what_emission_reads(kind: type, interpolation: int) -> None:
+    """Surfaces read many points at once, emission one at a time; some texels of floats are brighter than 1."""
+    images = tuple(noise(kind, channels=channels, srgb=srgb) for channels in (3, 4) for srgb in (False, True))
+    if kind is np.float32:
+        images = tuple(replace(image, pixels=image.pixels * 3.0) for image in images)
+    for extension, (number, image) in itertools.product(EXTENSIONS, enumerate(images)):
+        slot = Slot(image=number, interpolation=interpolation, extension=extension, unassociate=number > 1)
+        made = materials(base_color=[slot], emission=[slot])
+        mesh = plane(uv=(-1.3, 2.6))
+        seen = render(scene((mesh,), made, images=images), passes=('combined', 'diffuse_color', 'emission'))
+        assert seen['diffuse_color'] == pytest.approx(seen['emission'], rel=1e-5, abs=1e-6), (image.srgb, extension)
+        assert np.ptp(seen['emission']) > 0.1
+
+
 def test_textured_emission_lights_the_scene() -> None:
     """A checker of light above a floor: light sampling with bounces, bounces alone, and Direct agree."""
     pattern = np.zeros((4, 4, 3), np.float32)

@@ -90,9 +90,13 @@ FN vec2 box_coordinates(int axis, vec3 p, vec3 normal) {
 }
 
 // `image` may be computed (which tile of several): its number is held within those that there are.
-FN vec4 image_read(IN(SceneData) scene, uint mode, float image, vec2 st) {
+FN uint image_index(IN(SceneData) scene, float image) {
   const float last = float(int(scene.texture_count)) - 1.0f;
-  Texture t = LOAD(scene.textures, uint(int(select(image >= 0.0f, min(image, last), 0.0f))));
+  return uint(int(select(image >= 0.0f, min(image, last), 0.0f)));
+}
+
+FN vec4 image_read(IN(SceneData) scene, uint mode, float image, vec2 st) {
+  Texture t = LOAD(scene.textures, image_index(scene, image));
   const vec4 texel = texture_filtered(t, st, mode & 3u, (mode >> 2) & 3u);
   return texture_linear(t, (mode & IMAGE_UNASSOCIATE) != 0u, texel);
 }

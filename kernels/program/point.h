@@ -80,6 +80,17 @@ FN ShaderPoint background_point(vec3 direction) {
   return at;
 }
 
+// A point of which no more is known than its place on its mesh.
+FN ShaderPoint mesh_point(IN(Hit) hit, vec3 direction) {
+  ShaderPoint at = background_point(direction);
+  at.u = hit.u;
+  at.v = hit.v;
+  at.t = hit.t;
+  at.instance = hit.instance;
+  at.triangle = hit.triangle;
+  return at;
+}
+
 // ---- One pixel aside, for bump mapping
 
 const uint SHIFT_NONE = 0u;

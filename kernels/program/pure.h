@@ -26,6 +26,16 @@ struct ProgramArguments {
 
 FN vec3 argument3(IN(ProgramArguments) a, int i) { return vec3(a.v[i], a.v[i + 1], a.v[i + 2]); }
 
+#ifdef PROGRAM_PURE_ELSEWHERE
+// The CPU's kernels of an instruction set share one build of these ops, in the namespace that is named so.
+namespace PROGRAM_PURE_ELSEWHERE {
+vec3 pure_op(uint op, uint mode, IN(ProgramArguments) a);
+}
+FN vec3 program_pure(uint op, uint mode, IN(ProgramArguments) a) {
+  return PROGRAM_PURE_ELSEWHERE::pure_op(op, mode, a);
+}
+#else
+
 FN float pure_math(uint op, uint mode, IN(ProgramArguments) a) {
   switch (op) {
     case OP_MATH:
@@ -149,6 +159,8 @@ FN vec3 program_pure(uint op, uint mode, IN(ProgramArguments) a) {
   }
   return vec3(0.0f, 0.0f, 0.0f);
 }
+
+#endif
 
 #ifdef __cplusplus
 }  // namespace cotorra

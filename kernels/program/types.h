@@ -38,6 +38,11 @@ struct ProgramPart {
   uint closures;   // surface: how many
 };
 
+// Bits of MaterialProgram.flags: what need not be done.
+const uint PROGRAM_PLAIN = 1u;      // the surface is one closure, a Principled one that bsdf.h knows whole
+const uint PROGRAM_FOOTPRINT = 2u;  // the surface asks how wide the ray is
+const uint PROGRAM_PLACE = 4u;      // of a point, the transparency asks no more than its place on its mesh
+
 // What the shader of a material became. The three parts are programs of their own, so that a shadow ray runs nothing
 // but what tells the transparency.
 struct MaterialProgram {
@@ -45,7 +50,7 @@ struct MaterialProgram {
   ProgramPart emission;
   ProgramPart transparency;
   uint constants;  // first of the material's numbers
-  uint unused;
+  uint flags;
 };
 
 // One closure of a surface; its weight and arguments are references, the latter from word `arguments` of the code on.
