@@ -46,6 +46,11 @@ const uint VISIBLE_ALL = 63u;
 const uint RAY_MEETS_LAMPS = 64u;  // it left a MATERIAL_SHARP
 const uint RAY_SINGULAR = 128u;    // it left a mirror or clear glass
 const uint RAY_REFLECTED = 256u;   // it left a surface on the side that it came from
+const uint RAY_SHOWN = 512u;       // mirrors and clear glass lie behind it, and no surface that a denoiser was shown
+
+// What a ray that left a diffuse surface does not meet (SceneData.no_caustics).
+const uint CAUSTICS_REFLECTIVE = 1u;
+const uint CAUSTICS_REFRACTIVE = 2u;
 
 const uint INVALID_ID = 0xffffffffu;
 
@@ -395,6 +400,7 @@ RECORD(SceneData) {
   uint texture_count;
   ProgramPart world_program;  // of a world that varies; end 0: `world` is all of it
   uint world_constants;
+  uint no_caustics;  // CAUSTICS_*
 };
 
 #ifdef __cplusplus

@@ -86,6 +86,8 @@ PassSelection select_passes(const SettingsInput &settings, std::uint32_t light_g
       p.nearest = true;
     } else if (name == "normal" || name == "uv" || name == "diffuse_color") {
       p.surface = true;
+    } else if (name.starts_with("denoising_")) {
+      p.features = true;
     } else if (name == "emission") {
       p.emission = true;
     } else if (name == "environment") {
