@@ -8,12 +8,14 @@
 #include "whitted.glsl"
 
 void gather_lights(uint lane) {
+  const float limit = light_limit(WAVE.integrator, WAVE.paths.v[lane].bounce);
   for (uint slot = 0u; slot < push.light_slots; ++slot) {
     const uint place = slot * WAVE.lanes + lane;
     const float share = WAVE.shadow_rays.v[place].t_max;
     if (share == SHADOW_NONE) continue;
     const vec3 contribution = WAVE.shadow_rays.v[place].contribution;
-    if (share > 0.0f) add_light(lane, contribution * share, WAVE.shadow_rays.v[place].group);
+    const int group = WAVE.shadow_rays.v[place].group;
+    if (share > 0.0f) add_light(lane, clamped_light(contribution * share, limit), group);
     if (FEATURE(FEATURE_DATA_PASSES) && push.bounce == 0u) {
       const float l = luminance(contribution);
       WAVE.records.v[lane].unshadowed += l;

@@ -6,21 +6,30 @@
 #include "stage.glsl"
 #include "whitted.glsl"
 
+// Light that the lane's path found by itself, on its way or where it ended.
+void add_found(uint lane, PathState path, vec3 found, int group) {
+  add_light(lane, found, group);
+  if (FEATURE(FEATURE_DATA_PASSES) && path_shows_features(path)) {
+    WAVE.records.v[lane].feature_albedo += light_features(found);
+  }
+}
+
 void meet_lights(uint lane, PathState path, CameraRay ray, float t) {
   for (uint l = 0u; l < WAVE.scene.light_count; ++l) {
     int group;
-    const vec3 seen = path_meet_light(WAVE.scene, l, path, ray.origin, ray.direction, t, group);
+    const vec3 met = path_meet_light(WAVE.scene, l, path, ray.origin, ray.direction, t, group);
+    const vec3 seen = clamped_light(met, found_limit(WAVE.integrator, path));
     if (is_black(seen)) continue;
-    add_light(lane, seen, group);
+    add_found(lane, path, seen, group);
     if (FEATURE(FEATURE_DATA_PASSES) && path.bounce == 0u) WAVE.records.v[lane].emission += seen;
   }
 }
 
 void escape(uint lane, PathState path, vec3 direction) {
   if (FEATURE(FEATURE_WORLD)) {
-    const vec3 world = path_escape(WAVE.scene, path, direction);
+    const vec3 world = clamped_light(path_escape(WAVE.scene, path, direction), found_limit(WAVE.integrator, path));
     if (FEATURE(FEATURE_DATA_PASSES) && path.bounce == 0u) WAVE.records.v[lane].environment += world;
-    if (path.bounce > 0u || !flag(WAVE_TRANSPARENT)) add_light(lane, world, WAVE.scene.world_group);
+    if (path.bounce > 0u || !flag(WAVE_TRANSPARENT)) add_found(lane, path, world, WAVE.scene.world_group);
   }
   if (path.bounce == 0u) WAVE.samples.v[lane].alpha = 0.0f;
 }
@@ -47,6 +56,15 @@ void record_terms(uint lane, Surface s, Bsdf bsdf, vec3 wo) {
   WaveTerms terms;
   lamp_terms(WAVE.scene, s.p, bsdf, wo, terms.d, terms.g, terms.f);
   STORE(WAVE.terms, lane, terms);
+}
+
+// What a denoiser is shown of the surface, or of what it mirrors.
+void show(uint lane, PathState path, Bsdf bsdf, Lobe lobe, vec3 wo) {
+  Features features;
+  if (!path_features(WAVE.scene, path, bsdf, lobe, wo, features)) return;
+  WAVE.records.v[lane].feature_albedo += features.albedo;
+  WAVE.records.v[lane].feature_normal += features.normal;
+  WAVE.paths.v[lane].ray_kind = path.ray_kind & ~RAY_SHOWN;
 }
 
 // Ambient light: all of it, or as the contribution of the ray to the sky, which wave_light.comp completes.
@@ -83,8 +101,9 @@ bool shade(uint lane) {
   surface_from_hit(WAVE.scene, hit, ray.direction, s);
   Material material = LOAD(WAVE.scene.materials, s.material);
   if (FEATURE(FEATURE_EMISSIVE_MESHES) && (material.flags & MATERIAL_EMISSIVE) != 0u) {
-    const vec3 emitted = path_emission(WAVE.scene, path, s, material, -ray.direction, hit.t);
-    add_light(lane, emitted, WAVE.scene.instances.v[hit.instance].light_group);
+    const vec3 found = path_emission(WAVE.scene, path, s, material, -ray.direction, hit.t);
+    const vec3 emitted = clamped_light(found, found_limit(WAVE.integrator, path));
+    add_found(lane, path, emitted, WAVE.scene.instances.v[hit.instance].light_group);
     if (FEATURE(FEATURE_DATA_PASSES) && path.bounce == 0u) WAVE.records.v[lane].emission += emitted;
   }
   if (path_is_last(WAVE.integrator, path)) return false;  // it only brought light home
@@ -103,9 +122,13 @@ bool shade(uint lane) {
     path.throughput = path.throughput * weight;
     WAVE.paths.v[lane].throughput = path.throughput;
   } else if (lit || FEATURE(FEATURE_DATA_PASSES | FEATURE_TERMS)) {
+    material_leave_out_caustics(WAVE.scene, path.ray_kind, material);
+    lobe_clear(LOBE_NONE, vec3(0.0f), s.n, lobe);
     bsdf_prepare(WAVE.scene, material, s.n, s.ng, -ray.direction, bsdf);
   }
+  if (lit) path_filter_glossy(WAVE.integrator, path, bsdf, lobe);
   if (FEATURE(FEATURE_WHITTED)) whitted_prepare(material, LOAD(WAVE.scene.classic, s.material), bsdf);
+  if (FEATURE(FEATURE_DATA_PASSES) && path_shows_features(path)) show(lane, path, bsdf, lobe, -ray.direction);
   if (FEATURE(FEATURE_DATA_PASSES) && path.bounce == 0u) record(lane, s, material, bsdf.diffuse * weight * PI);
   if (FEATURE(FEATURE_TERMS) && flag(WAVE_TERMS_PASS) && path.bounce == 0u) {
     record_terms(lane, s, bsdf, -ray.direction);

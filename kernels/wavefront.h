@@ -6,8 +6,8 @@
 
 #include "bvh.h"
 #include "camera.h"
+#include "denoising.h"
 #include "film.h"
-#include "integrator.h"
 #include "lamp_terms.h"
 #include "occlusion.h"
 #include "outline.h"
@@ -80,6 +80,8 @@ struct WaveRecord {
   vec3 environment;
   float occlusion;  // sky that is free
   vec2 uv;
+  vec3 feature_albedo;
+  vec3 feature_normal;
 };
 
 // Whitted: what a sample still has to trace. Rays wait on a stack, so that the deepest comes first and there are never
@@ -211,8 +213,8 @@ struct WavePush {
 };
 
 #ifdef __cplusplus
-static_assert(sizeof(WavePixel) == 16 && sizeof(WaveSample) == 24 && sizeof(WaveRecord) == 104 &&
-              sizeof(WaveTree) == 8 && sizeof(WavePending) == 116 && sizeof(WaveTerms) == 20 &&
+static_assert(sizeof(WavePixel) == 16 && sizeof(WaveSample) == 24 && sizeof(WaveRecord) == 128 &&
+              sizeof(WaveTree) == 8 && sizeof(WavePending) == 120 && sizeof(WaveTerms) == 20 &&
               sizeof(WavePush) == 48 && sizeof(TracedGeometry) == 8);
 }  // namespace cotorra
 #endif

@@ -127,6 +127,7 @@ struct Batch final : Workspace {
   std::array<uint, kWidth> shadow_slot;
   std::array<vec3, kWidth> shadow_contribution;
   std::array<int, kWidth> shadow_group;
+  std::array<float, kWidth> shadow_limit;   // light_limit
   std::array<uint, kWidth> shadow_crossed;  // transparent surfaces of the path
   int shadow_count = 0;
   std::vector<RecordedPacket> recorded;

@@ -33,7 +33,9 @@ class Renderer {
   Renderer(const RenderJob &job, Batch &batch, RayCounts &counts, int x0, int y0)
       : job_(job), scene_(*job.scene), b_(batch), counts_(counts) {
     limits_ = {job.limits.max_bounces,    job.limits.diffuse_bounces,     job.limits.glossy_bounces,
-               job.limits.roulette_start, job.limits.transparent_bounces, job.limits.transmission_bounces};
+               job.limits.roulette_start, job.limits.transparent_bounces, job.limits.transmission_bounces,
+               job.limits.clamp_direct,   job.limits.clamp_indirect,      job.limits.filter_glossy};
+    clamps_ = min(limits_.clamp_direct, limits_.clamp_indirect) < INFINITE_DISTANCE;
     block_seed_ = sampler_block_seed(static_cast<uint>(x0), static_cast<uint>(y0), job.sample_bits, job.seed);
     arguments_.feature_mask = job.embree_features;
     if (FEATURE(FEATURE_TRANSPARENCY)) {
@@ -110,6 +112,23 @@ class Renderer {
     }
   }
 
+  // Light as it counts where Cycles would clamp it.
+  vec3 clamped(vec3 light, float limit) {
+    if (!clamps_) return light;
+    const vec3 kept = clamped_light(light, limit);
+    counts_.light += static_cast<double>(film_number(luminance(light)));
+    counts_.held_light += static_cast<double>(film_number(luminance(light - kept)));
+    return kept;
+  }
+
+  // Light that a path found by itself, on its way or where it ended.
+  void add_found(const PathState &path, uint slot, vec3 found, int group) {
+    add_light(slot, found, group);
+    if (FEATURE(FEATURE_DATA_PASSES) && job_.passes.features && path_shows_features(path)) {
+      b_.staged.features[b_.pixel[slot]].albedo += film_vector(light_features(found));
+    }
+  }
+
   // ---- Stage 3: what the ray met. Lanes that go on are compacted to the front; returns how many.
   int shade(int lanes, uint bounce) {
     std::size_t next = 0;
@@ -180,12 +199,24 @@ class Renderer {
         bsdf = b_.shading.bsdf(i);
       } else {
         const vec3 smooth = b_.shading.n.get(i);
-        bsdf_prepare(scene_, material, s.n, s.ng, b_.shading.wo.get(i), bsdf);
+        if (caustics_left_out(scene_, b_.path[i].ray_kind) != 0u) {
+          Material without = material;
+          material_leave_out_caustics(scene_, b_.path[i].ray_kind, without);
+          bsdf_prepare(scene_, without, s.n, s.ng, b_.shading.wo.get(i), bsdf);
+        } else {
+          bsdf_prepare(scene_, material, s.n, s.ng, b_.shading.wo.get(i), bsdf);
+        }
         if (FEATURE(FEATURE_LOBES)) b_.shading.lobe[i].kind = LOBE_NONE;
         if (FEATURE(FEATURE_PROGRAMS)) bsdf.n_smooth = smooth;
       }
       if (wants(FEATURE_WHITTED)) whitted_prepare(material, scene_.classic.v[s.material], bsdf);
+      if (limits_.filter_glossy > 0.0f) {
+        path_filter_glossy(limits_, b_.path[i], bsdf, b_.shading.lobe[FEATURE(FEATURE_LOBES) ? i : 0]);
+      }
       b_.shading.set_bsdf(i, bsdf);
+      if (FEATURE(FEATURE_DATA_PASSES) && job_.passes.features && path_shows_features(b_.path[i])) {
+        record_features(tracer_, b_.slot[i], b_.path[i], bsdf, b_.shading.lobe_of(i), b_.shading.wo.get(i));
+      }
       if (FEATURE(FEATURE_DATA_PASSES) && bounce == 0) {
         const vec3 weight = FEATURE(FEATURE_PROGRAMS) ? b_.shaded[i].weight : vec3(1.0f);
         record_surface(tracer_, b_.slot[i], s, material, bsdf.diffuse * weight * PI);
@@ -202,8 +233,9 @@ class Renderer {
     surface_from_hit(scene_, hit, direction, surface);
     const Material &material = scene_.materials.v[surface.material];
     if ((material.flags & MATERIAL_EMISSIVE) == 0u) return;
-    const vec3 emitted = path_emission(scene_, path, surface, material, -direction, hit.t);
-    add_light(slot, emitted, scene_.instances.v[hit.instance].light_group);
+    const vec3 found = path_emission(scene_, path, surface, material, -direction, hit.t);
+    const vec3 emitted = clamped(found, found_limit(limits_, path));
+    add_found(path, slot, emitted, scene_.instances.v[hit.instance].light_group);
     if (FEATURE(FEATURE_DATA_PASSES) && bounce == 0 && job_.passes.emission) {
       b_.staged.emission[b_.pixel[slot]] += film_vector(emitted);
     }
@@ -212,9 +244,10 @@ class Renderer {
   void meet_lights(const PathState &path, uint slot, vec3 origin, vec3 direction, float t) {
     for (uint l = 0; l < scene_.light_count; ++l) {
       int group;
-      const vec3 seen = path_meet_light(scene_, l, path, origin, direction, t, group);
-      if (is_black(seen)) continue;
-      add_light(slot, seen, group);
+      const vec3 met = path_meet_light(scene_, l, path, origin, direction, t, group);
+      if (is_black(met)) continue;
+      const vec3 seen = clamped(met, found_limit(limits_, path));
+      add_found(path, slot, seen, group);
       if (FEATURE(FEATURE_DATA_PASSES) && path.bounce == 0 && job_.passes.emission) {
         b_.staged.emission[b_.pixel[slot]] += film_vector(seen);
       }
@@ -223,11 +256,11 @@ class Renderer {
 
   void escape(const PathState &path, uint slot, uint bounce, vec3 direction) {
     if (FEATURE(FEATURE_WORLD)) {
-      const vec3 world = path_escape(scene_, path, direction);
+      const vec3 world = clamped(path_escape(scene_, path, direction), found_limit(limits_, path));
       if (FEATURE(FEATURE_DATA_PASSES) && bounce == 0 && job_.passes.environment) {
         b_.staged.environment[b_.pixel[slot]] += film_vector(world);
       }
-      if (bounce > 0 || !job_.transparent) add_light(slot, world, scene_.world_group);
+      if (bounce > 0 || !job_.transparent) add_found(path, slot, world, scene_.world_group);
     }
     if (bounce == 0) b_.alpha[slot] = 0.0f;
   }
@@ -321,7 +354,7 @@ class Renderer {
   void queue_shadow(const ShadowRay &ray, std::size_t lane, uint bounce) {
     const uint slot = b_.slot[lane];
     if (ray.visibility == 0u) {
-      arrive(slot, ray.contribution, ray.group, bounce, true);
+      arrive(slot, ray.contribution, ray.group, bounce, true, light_limit(limits_, b_.path[lane].bounce));
       return;
     }
     const auto k = static_cast<std::size_t>(b_.shadow_count);
@@ -338,6 +371,7 @@ class Renderer {
     b_.shadow_slot[k] = slot;
     b_.shadow_contribution[k] = ray.contribution;
     b_.shadow_group[k] = ray.group;
+    b_.shadow_limit[k] = light_limit(limits_, b_.path[lane].bounce);
     if (FEATURE(FEATURE_TRANSPARENCY)) b_.shadow_crossed[k] = b_.path[lane].transparent_bounces;
     if (++b_.shadow_count == kWidth) flush_shadow(bounce);
   }
@@ -357,7 +391,8 @@ class Renderer {
     for (std::size_t k = 0; k < static_cast<std::size_t>(b_.shadow_count); ++k) {
       if (FEATURE(FEATURE_TRANSPARENCY)) dim_shadow(k, bounce);
       // Embree sets tfar to -infinity where something is in the way.
-      arrive(b_.shadow_slot[k], b_.shadow_contribution[k], b_.shadow_group[k], bounce, b_.shadow.tfar[k] >= 0.0f);
+      arrive(b_.shadow_slot[k], b_.shadow_contribution[k], b_.shadow_group[k], bounce, b_.shadow.tfar[k] >= 0.0f,
+             b_.shadow_limit[k]);
     }
     counts_.shadow += static_cast<std::uint64_t>(b_.shadow_count);
     b_.shadow_count = 0;
@@ -373,8 +408,8 @@ class Renderer {
     if (b_.shadow.tfar[k] >= 0.0f) b_.shadow_contribution[k] *= kept;
   }
 
-  void arrive(uint slot, vec3 contribution, int group, uint bounce, bool lit) {
-    if (lit) add_light(slot, contribution, group);
+  void arrive(uint slot, vec3 contribution, int group, uint bounce, bool lit, float limit) {
+    if (lit) add_light(slot, clamped(contribution, limit), group);
     if (FEATURE(FEATURE_DATA_PASSES) && bounce == 0 && job_.passes.shadow) {
       ShadowRecord &r = b_.staged.shadow[b_.pixel[slot]];
       const float l = film_number(luminance(contribution));
@@ -501,6 +536,7 @@ class Renderer {
   Batch &b_;
   RayCounts &counts_;
   IntegratorData limits_{};
+  bool clamps_ = false;
   uint block_seed_ = 0;
   embree::QueryArguments arguments_;
   const Tracer tracer_{job_, b_, arguments_, counts_};

@@ -3,6 +3,7 @@
 // Terms of the highlight and light of single lamps are cpu_terms.h's. Included by cpu_kernel.cpp alone.
 #pragma once
 
+#include "../kernels/denoising.h"
 #include "cpu_camera.h"
 #include "cpu_terms.h"
 #include "cpu_visibility.h"
@@ -36,6 +37,16 @@ void record_surface(const Tracer &t, uint slot, const Surface &s, const Material
     r.uv_coverage += (mesh.flags & MESH_HAS_UV) != 0u ? 1.0f : 0.0f;
     r.diffuse_color += film_vector(diffuse);
   }
+}
+
+// What a denoiser is shown of the surface, or of what it mirrors.
+void record_features(const Tracer &t, uint slot, PathState &path, const Bsdf &bsdf, const Lobe &lobe, vec3 wo) {
+  Features features;
+  if (!path_features(*t.job.scene, path, bsdf, lobe, wo, features)) return;
+  FeatureRecord &r = t.batch.staged.features[t.batch.pixel[slot]];
+  r.albedo += film_vector(features.albedo);
+  r.normal += film_vector(features.normal);
+  path.ray_kind &= ~RAY_SHOWN;
 }
 
 // Adds the samples to their pixels; the odd ones alone as well, where an error is asked for.

@@ -232,7 +232,8 @@ void WavefrontOnCard::allocate_lanes() {
 void WavefrontOnCard::describe_job() {
   wave_.camera = job_.camera;
   wave_.integrator = {job_.limits.max_bounces,    job_.limits.diffuse_bounces,     job_.limits.glossy_bounces,
-                      job_.limits.roulette_start, job_.limits.transparent_bounces, job_.limits.transmission_bounces};
+                      job_.limits.roulette_start, job_.limits.transparent_bounces, job_.limits.transmission_bounces,
+                      job_.limits.clamp_direct,   job_.limits.clamp_indirect,      job_.limits.filter_glossy};
   wave_.sample_bits = job_.sample_bits;
   wave_.light_groups = job_.passes.light_groups;
   wave_.adaptive = job_.passes.error ? 1u : 0u;
