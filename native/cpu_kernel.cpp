@@ -113,13 +113,7 @@ class Renderer {
   }
 
   // Light as it counts where Cycles would clamp it.
-  vec3 clamped(vec3 light, float limit) {
-    if (!clamps_) return light;
-    const vec3 kept = clamped_light(light, limit);
-    counts_.light += static_cast<double>(film_number(luminance(light)));
-    counts_.held_light += static_cast<double>(film_number(luminance(light - kept)));
-    return kept;
-  }
+  vec3 clamped(vec3 light, float limit) { return clamps_ ? count_clamped(light, limit, counts_) : light; }
 
   // Light that a path found by itself, on its way or where it ended.
   void add_found(const PathState &path, uint slot, vec3 found, int group) {

@@ -49,6 +49,14 @@ void record_features(const Tracer &t, uint slot, PathState &path, const Bsdf &bs
   path.ray_kind &= ~RAY_SHOWN;
 }
 
+// Light as it counts where it is clamped, and how much that holds back.
+vec3 count_clamped(vec3 light, float limit, RayCounts &counts) {
+  const vec3 kept = clamped_light(light, limit);
+  counts.light += static_cast<double>(film_number(luminance(light)));
+  counts.held_light += static_cast<double>(film_number(luminance(light - kept)));
+  return kept;
+}
+
 // Adds the samples to their pixels; the odd ones alone as well, where an error is asked for.
 void stage_samples(const Tracer &t, std::span<const std::uint16_t> pixels, uint first, uint per_pixel) {
   Batch &b = t.batch;

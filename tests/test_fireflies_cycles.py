@@ -28,8 +28,8 @@ SIZE = (48, 32)
 TILE = 8
 SAMPLES = 128  # of each half
 BOUNCES = 4
-# What is left of clamped light depends on how it comes in samples, which is each engine's own: one lamp or one of many at
-# a vertex, and paths that end at random. One bounce under one lamp without size has one way.
+# What is left of clamped light depends on how it comes in samples, which is each engine's own: one lamp or one of many
+# at a vertex, and paths that end at random. One bounce under one lamp without size has one way.
 CLAMPED_BOUNCES = 1
 # What a tile and the whole may differ by beside noise.
 LIMIT = 0.03
@@ -161,8 +161,11 @@ SHOWN = {
 
 @pytest.mark.parametrize('surface', SHOWN)
 def test_a_denoiser_is_shown_what_that_of_cycles_is(surface: str, tmp_path: Path) -> None:
-    """Also through mirrors and glass. No light is seen there: Cycles tints it once too often. Rough lobes have the albedo
-    toward the mirrored direction, Cycles' a mean."""
+    """Also through mirrors and glass.
+
+    No light is seen there: Cycles tints it once too often. Rough lobes have the albedo toward the mirrored direction,
+    Cycles' a mean.
+    """
     scene = scene_of(**SHOWN[surface])
     bpy.data.lights['Sun'].angle = 0.0
     compat.background(scene.world).inputs['Strength'].default_value = 0.0
