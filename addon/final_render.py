@@ -153,7 +153,7 @@ class RenderJob:
         render_settings = settings.render_settings(
             self.scene, self.layer, tuple(dict.fromkeys([*sources.values(), *features])), self.log
         )
-        self.film = settings.film(self.scene, self.log)
+        self.film = settings.film(self.scene, camera, self.log)
         self.time_limit = settings.time_limit(self.scene, self.log)
         self.stats.describe(size, self.scene.cotorra.device, render_settings)
         self.stats.sync_seconds = time.perf_counter() - began

@@ -146,19 +146,23 @@ def native_sources(
 
 @dataclass(frozen=True, slots=True)
 class Film:
-    """What becomes of light on its way into a pass.
+    """What becomes of light, and of normals, on their way into a pass.
 
     exposure: factor on the passes that are light.
     white:    where Combined is compressed by Reinhard's curve, the luminance that becomes 1.
+    view:     from the world to the camera's space, in whose directions Cycles shows normals to a denoiser.
     """
 
     exposure: float = 1.0
     white: float | None = None
+    view: np.ndarray | None = None
 
     def develop(self, native: str, pixels: np.ndarray) -> None:
         """Apply it in place to a native pass."""
         if self.exposure != 1.0 and (native in LIGHT_PASSES or native not in NATIVE_CHANNELS):
             pixels[..., :3] *= np.float32(self.exposure)
+        if native == 'denoising_normal' and self.view is not None:
+            pixels[...] = pixels @ self.view.T
         if native == 'combined' and self.white is not None:
             reinhard(pixels[..., :3], self.white)
 

@@ -7,11 +7,12 @@ Reads the evaluated scene only, so that animated settings hold for the frame tha
 from __future__ import annotations
 
 import bpy
+import numpy as np
 
 from . import cycles_settings, native, passes
 from .denoise import Denoising
 from .export import bounds
-from .export.buffers import RenderSettings
+from .export.buffers import Camera, RenderSettings
 from .log import Log
 
 # Fields of RenderSettings that are called as the scene's properties.
@@ -69,12 +70,13 @@ def render_settings(
     )
 
 
-def film(scene: bpy.types.Scene, log: Log) -> passes.Film:
-    """Cycles' exposure, and the white of Reinhard's curve."""
+def film(scene: bpy.types.Scene, camera: Camera, log: Log) -> passes.Film:
+    """Cycles' exposure, the white of Reinhard's curve, and the camera's space: x to the right, y up, z forward."""
     own, cycles = scene.cotorra, getattr(scene, 'cycles', None)  # absent where the Cycles add-on is disabled
     return passes.Film(
         exposure=1.0 if cycles is None else _number(cycles, 'film_exposure', scene, log),
         white=_number(own, 'reinhard_white', scene, log) if own.use_reinhard else None,
+        view=(camera.transform[:, :3] * np.array((1.0, 1.0, -1.0), np.float32)).T,
     )
 
 

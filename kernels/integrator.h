@@ -4,6 +4,7 @@
 #ifndef COTORRA_INTEGRATOR_H
 #define COTORRA_INTEGRATOR_H
 
+#include "fireflies.h"
 #include "light.h"
 #include "light_shape.h"
 #include "sampling.h"
@@ -33,6 +34,9 @@ struct IntegratorData {
   uint roulette_start;   // the bounce from which a path may end at random
   uint transparent_bounces;  // surfaces that let rays through, all along a path, shadow rays included
   uint transmission_bounces;
+  float clamp_direct;    // of one contribution, the sum of its channels; INFINITE_DISTANCE: no limit
+  float clamp_indirect;
+  float filter_glossy;   // density from which on a bounce blurs what it meets, 0: none does
 };
 
 // Limits of transparent surfaces from here on are none.
@@ -54,6 +58,7 @@ struct PathState {
   float passed;  // metres from the last vertex to the ray's origin, which lies on a surface that let it through
   float footprint;  // metres that the ray is wide at its origin
   uint vertex;  // surfaces that were shaded before this ray: counts the random numbers
+  float min_pdf;  // of all bounces that were no mirror's
 };
 
 // Light that will arrive if nothing stands between the surface and the light.
@@ -73,7 +78,7 @@ FN void path_begin(uint random, OUT(PathState) path) {
   path.bounce = 0u;
   path.diffuse_bounces = 0u;
   path.glossy_bounces = 0u;
-  path.ray_kind = VISIBLE_CAMERA;
+  path.ray_kind = VISIBLE_CAMERA | RAY_SHOWN;
   path.random = random;
   path.transparent_bounces = 0u;
   path.transmission_bounces = 0u;
@@ -82,6 +87,25 @@ FN void path_begin(uint random, OUT(PathState) path) {
   path.passed = 0.0f;
   path.footprint = 0.0f;
   path.vertex = 0u;
+  path.min_pdf = INFINITE_DISTANCE;
+}
+
+// Most light that a contribution to a vertex may bring; `bounce`: of that vertex, as PathState counts.
+FN float light_limit(IN(IntegratorData) integrator, uint bounce) {
+  return select(bounce > 0u, integrator.clamp_indirect, integrator.clamp_direct);
+}
+
+// What a path found by itself lights the vertex before: seen by the camera and after one bounce it is direct (Cycles).
+FN float found_limit(IN(IntegratorData) integrator, IN(PathState) path) {
+  return select(path.bounce > 1u, integrator.clamp_indirect, integrator.clamp_direct);
+}
+
+// Filter Glossy, at a vertex whose lobes are prepared.
+FN void path_filter_glossy(IN(IntegratorData) integrator, IN(PathState) path, INOUT(Bsdf) bsdf, INOUT(Lobe) lobe) {
+  const float alpha = glossy_blur(integrator.filter_glossy, path.min_pdf);
+  if (!(alpha > 0.0f)) return;
+  bsdf_blur(alpha, bsdf);
+  if (has_lobe(lobe)) lobe_blur(alpha, lobe);
 }
 
 // What shaders may ask of the path itself.
@@ -402,7 +426,10 @@ FN bool path_advance(IN(SceneData) scene, IN(IntegratorData) integrator, INOUT(P
   // What is reflected below the flat triangle would only meet the surface from inside, and the other way round.
   if (!(b.pdf > 0.0f) || dot(b.wi, s.ng) * select(through, -1.0f, 1.0f) <= 0.0f) return false;
   path.throughput *= b.weight;
-  path.pdf = select((b.lobe & BSDF_SINGULAR) != 0u, 0.0f, b.pdf);
+  const bool singular = (b.lobe & BSDF_SINGULAR) != 0u;
+  path.pdf = select(singular, 0.0f, b.pdf);
+  if (!singular) path.min_pdf = min(path.min_pdf, b.pdf);
+  const uint shown = path.ray_kind & RAY_SHOWN;
   path.kind_pdf = path.pdf;
   path.kind_weight = vec3(1.0f);
   path.normal = select(through, -s.n, s.n);
@@ -418,8 +445,9 @@ FN bool path_advance(IN(SceneData) scene, IN(IntegratorData) integrator, INOUT(P
     path.ray_kind = VISIBLE_GLOSSY;
   }
   if ((b.lobe & BSDF_SHARP) != 0u) path.ray_kind |= RAY_MEETS_LAMPS;
-  if ((b.lobe & BSDF_SINGULAR) != 0u) path.ray_kind |= RAY_SINGULAR;
+  if (singular) path.ray_kind |= RAY_SINGULAR;
   if (!through) path.ray_kind |= RAY_REFLECTED;
+  path.ray_kind |= shown;
   // Russian roulette: survive in proportion to what the path still carries, as it will look (square root).
   if (path.bounce >= integrator.roulette_start) {
     const float survival = min(sqrt(max_component(path.throughput)), 1.0f);

@@ -21,6 +21,7 @@ const uint JOB_OCCLUSION_PASS = 64u;
 const uint JOB_AMBIENT = 128u;  // surfaces return ambient light
 const uint JOB_AMBIENT_OCCLUDED = 256u;  // as much as they see of the sky
 const uint JOB_TERMS_PASS = 512u;
+const uint JOB_FEATURES_PASS = 1024u;  // what denoisers are shown
 
 struct JobData {
   CameraData camera;
@@ -40,7 +41,7 @@ struct JobData {
 };
 
 #ifdef __cplusplus
-static_assert(sizeof(JobData) == 168);
+static_assert(sizeof(JobData) == 180);
 }  // namespace cotorra
 #endif
 

@@ -46,6 +46,11 @@ const uint VISIBLE_ALL = 63u;
 const uint RAY_MEETS_LAMPS = 64u;  // it left a MATERIAL_SHARP
 const uint RAY_SINGULAR = 128u;    // it left a mirror or clear glass
 const uint RAY_REFLECTED = 256u;   // it left a surface on the side that it came from
+const uint RAY_SHOWN = 512u;       // mirrors and clear glass lie behind it, and no surface that a denoiser was shown
+
+// What a ray that left a diffuse surface does not meet (SceneData.no_caustics).
+const uint CAUSTICS_REFLECTIVE = 1u;
+const uint CAUSTICS_REFRACTIVE = 2u;
 
 const uint INVALID_ID = 0xffffffffu;
 
@@ -396,12 +401,14 @@ RECORD(SceneData) {
   uint texture_count;
   ProgramPart world_program;  // of a world that varies; end 0: `world` is all of it
   uint world_constants;
+  uint no_caustics;  // CAUSTICS_*
+  uint unused;
 };
 
 #ifdef __cplusplus
 static_assert(sizeof(Light) == 112 && sizeof(Material) == 64 && sizeof(Mesh) == 56 && sizeof(Instance) == 112 &&
               sizeof(Emitter) == 88 && sizeof(LightShape) == 32 && sizeof(MaterialModel) == 160 &&
-              sizeof(ClassicMaterial) == 64 && sizeof(SceneData) == 336);
+              sizeof(ClassicMaterial) == 64 && sizeof(SceneData) == 344);
 static_assert(sizeof(Texture) == 32 && sizeof(MeshTextures) == 128 && sizeof(ObjectSpace) == 64 &&
               sizeof(InstanceInfo) == 32);
 }  // namespace cotorra

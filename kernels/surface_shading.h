@@ -28,6 +28,16 @@ FN void material_diffuse(vec3 color, INOUT(Material) m) {
   m.flags &= ~(MATERIAL_SPECULAR | MATERIAL_SHARP);
 }
 
+// Cycles' switches of caustics: a ray that left a diffuse surface meets no lobe of these. Returns CAUSTICS_*.
+FN uint caustics_left_out(IN(SceneData) scene, uint ray_kind) {
+  return select((ray_kind & VISIBLE_DIFFUSE) != 0u, scene.no_caustics, 0u);
+}
+
+// Takes the glossy lobe from a material where such a ray meets it.
+FN void material_leave_out_caustics(IN(SceneData) scene, uint ray_kind, INOUT(Material) m) {
+  if ((caustics_left_out(scene, ray_kind) & CAUSTICS_REFLECTIVE) != 0u) m.flags &= ~MATERIAL_SPECULAR;
+}
+
 // All inputs of a Principled closure, where Material has no place for them.
 FN void pick_principled_inputs(IN(SceneData) scene, IN(SurfacePick) pick, IN(ShaderPoint) at, IN(Material) m, vec3 n,
                                OUT(PrincipledInputs) p PROGRAM_MEMORY) {
@@ -61,6 +71,7 @@ FN void pick_principled_inputs(IN(SceneData) scene, IN(SurfacePick) pick, IN(Sha
   p.thin_wall = select(thin > 0.0f, 1u, 0u);
   p.multiscatter = select((pick.mode & PRINCIPLED_MULTI_GGX) != 0u, 1u, 0u);
   p.inside = select(at.side < 0.0f, 1u, 0u);
+  p.no_caustics = caustics_left_out(scene, at.ray_kind);
 }
 
 // Does it ask for more than bsdf.h has?
@@ -75,6 +86,10 @@ FN void pick_lobe_of(IN(SceneData) scene, IN(SurfacePick) pick, IN(ShaderPoint) 
   const vec3 one = vec3(1.0f);
   const bool inside = at.side < 0.0f;
   const vec3 color = pick_vector(scene, pick, 0u PROGRAM_SAME_MEMORY);
+  const uint without = caustics_left_out(scene, at.ray_kind);
+  const bool reflects = pick.kind == CLOSURE_GLOSSY || pick.kind == CLOSURE_METALLIC;
+  if (reflects && (without & CAUSTICS_REFLECTIVE) != 0u) return;
+  if (pick.kind == CLOSURE_REFRACTION && (without & CAUSTICS_REFRACTIVE) != 0u) return;
   if (pick.kind == CLOSURE_DIFFUSE) {
     diffuse_prepare(LOBE_DIFFUSE, one, color, roughness, s.n, at.wo, l);
   } else if (pick.kind == CLOSURE_TRANSLUCENT) {
@@ -102,6 +117,8 @@ FN void pick_lobe_of(IN(SceneData) scene, IN(SurfacePick) pick, IN(ShaderPoint) 
     glass_prepare(scene.albedo, pick.mode, one, color, roughness, pick_number(scene, pick, 2u PROGRAM_SAME_MEMORY), s.n,
                   s.ng, at.wo, inside, pick_number(scene, pick, 4u PROGRAM_SAME_MEMORY),
                   pick_number(scene, pick, 5u PROGRAM_SAME_MEMORY), l);
+    if ((without & CAUSTICS_REFLECTIVE) != 0u) l.f1 = vec3(0.0f);
+    if ((without & CAUSTICS_REFRACTIVE) != 0u) l.tint = vec3(0.0f);
   } else if (pick.kind == CLOSURE_REFRACTION) {
     refraction_prepare(pick.mode, one, color, roughness, pick_number(scene, pick, 2u PROGRAM_SAME_MEMORY), s.n, s.ng,
                        at.wo, inside, l);
@@ -160,6 +177,7 @@ FN void surface_take(IN(SceneData) scene, IN(MaterialProgram) program, IN(Shader
   if (pick.kind == CLOSURE_PRINCIPLED) {
     pick_principled(scene, pick, shading.material PROGRAM_SAME_MEMORY);
     s.n = pick_normal(scene, pick, at, PRINCIPLED_NORMAL PROGRAM_SAME_MEMORY);
+    material_leave_out_caustics(scene, at.ray_kind, shading.material);
     // Of other models the scene's flag holds, which is set where any texel could be sharp.
     const bool principled = (shading.material.flags & MATERIAL_MODEL) == 0u;
     if (principled && shading.material.roughness >= SHARP_ROUGHNESS) shading.material.flags &= ~MATERIAL_SHARP;
@@ -215,6 +233,7 @@ FN void surface_shading(IN(SceneData) scene, IN(ShaderPoint) at, float u, INOUT(
                         OUT(Bsdf) bsdf, OUT(Lobe) lobe) {
   surface_begin(scene, s, shading);
   if (!surface_varies(scene, s, shading.material)) {
+    material_leave_out_caustics(scene, at.ray_kind, shading.material);
     bsdf_prepare(scene, shading.material, s.n, s.ng, at.wo, bsdf);
     lobe_clear(LOBE_NONE, vec3(0.0f), s.n, lobe);
     bsdf.n_smooth = s.n;

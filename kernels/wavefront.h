@@ -6,6 +6,7 @@
 #define COTORRA_WAVEFRONT_H
 
 #include "bvh.h"
+#include "denoising.h"
 #include "film.h"
 #include "job.h"
 #include "lamp_terms.h"
@@ -63,6 +64,8 @@ struct WaveRecord {
   vec3 environment;
   float occlusion;  // sky that is free
   vec2 uv;
+  vec3 feature_albedo;
+  vec3 feature_normal;
 };
 
 // Whitted: what a sample still has to trace. Rays wait on a stack, so that the deepest comes first and there are never
@@ -159,7 +162,7 @@ struct WavePush {
 };
 
 #ifdef __cplusplus
-static_assert(sizeof(WavePixel) == 16 && sizeof(WaveRecord) == 104 && sizeof(WaveTree) == 8 &&
+static_assert(sizeof(WavePixel) == 16 && sizeof(WaveRecord) == 128 && sizeof(WaveTree) == 8 &&
               sizeof(WaveTerms) == 20 && sizeof(WavePush) == 48 && sizeof(TracedGeometry) == 8);
 }  // namespace cotorra
 #endif

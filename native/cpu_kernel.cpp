@@ -164,13 +164,25 @@ class Renderer {
         bsdf = b_.shading.bsdf(i);
       } else {
         const vec3 smooth = b_.shading.n.get(i);
-        bsdf_prepare(scene_, material, s.n, s.ng, b_.shading.wo.get(i), bsdf);
+        if (caustics_left_out(scene_, b_.path[i].ray_kind) != 0u) {
+          Material without = material;
+          material_leave_out_caustics(scene_, b_.path[i].ray_kind, without);
+          bsdf_prepare(scene_, without, s.n, s.ng, b_.shading.wo.get(i), bsdf);
+        } else {
+          bsdf_prepare(scene_, material, s.n, s.ng, b_.shading.wo.get(i), bsdf);
+        }
         if (FEATURE(FEATURE_LOBES)) b_.shading.lobe[i].kind = LOBE_NONE;
         if (FEATURE(FEATURE_PROGRAMS)) bsdf.n_smooth = smooth;
       }
       if (wants(FEATURE_WHITTED)) whitted_prepare(material, scene_.classic.v[s.material], bsdf);
+      if (data_.integrator.filter_glossy > 0.0f) {
+        path_filter_glossy(data_.integrator, b_.path[i], bsdf, b_.shading.lobe[FEATURE(FEATURE_LOBES) ? i : 0]);
+      }
       b_.shading.set_bsdf(i, bsdf);
       const vec3 weight = FEATURE(FEATURE_PROGRAMS) ? b_.shaded[i].weight : vec3(1.0f);
+      if (FEATURE(FEATURE_DATA_PASSES)) {
+        show_features(lane_at(tracer_, i), b_.path[i], bsdf, b_.shading.lobe_of(i), b_.shading.wo.get(i));
+      }
       describe(lane_at(tracer_, i), b_.path[i], s, material, weight, bsdf, b_.shading.wo.get(i));
     }
     return count;

@@ -17,6 +17,7 @@ namespace cotorra {
 
 struct PathLimits {  // kernels/integrator.h, IntegratorData
   std::uint32_t max_bounces, diffuse_bounces, glossy_bounces, roulette_start, transparent_bounces, transmission_bounces;
+  float clamp_direct = INFINITE_DISTANCE, clamp_indirect = INFINITE_DISTANCE, filter_glossy = 0.0f;
 };
 
 enum class Integrator { kDirect, kPath, kWhitted, kOcclusion, kToon };
@@ -62,6 +63,8 @@ struct RenderJob {
 
 struct RayCounts {
   std::uint64_t camera = 0, bounce = 0, shadow = 0, samples = 0, rejected = 0;
+  // Where light is clamped on the CPU: luminance of all light, and what of it was held back.
+  double light = 0.0, held_light = 0.0;
   // With RenderJob::measure_tracing: seconds of thread time for the whole work, and for Embree alone on the same rays.
   double busy_seconds = 0.0, traced_seconds = 0.0;
   void add(const RayCounts &other) {
@@ -70,6 +73,8 @@ struct RayCounts {
     shadow += other.shadow;
     samples += other.samples;
     rejected += other.rejected;
+    light += other.light;
+    held_light += other.held_light;
     busy_seconds += other.busy_seconds;
     traced_seconds += other.traced_seconds;
   }

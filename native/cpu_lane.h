@@ -3,6 +3,7 @@
 // tells it for a GPU; and these bodies. Included by cpu_kernel.cpp alone.
 #pragma once
 
+#include "cpu_passes.h"
 #include "cpu_visibility.h"
 
 namespace cotorra {
@@ -76,6 +77,19 @@ void note_surface(const Lane &lane, const FirstSurface &first) {
   }
 }
 
+void note_features(const Lane &lane, vec3 albedo, vec3 normal) {
+  FeatureRecord &r = lane.t.batch.staged.features[pixel_of(lane)];
+  r.albedo += film_vector(albedo);
+  r.normal += film_vector(normal);
+}
+
+// Light as it counts where it is clamped; how much that holds back is counted.
+vec3 clamped(const Lane &lane, vec3 light, float limit) {
+  const IntegratorData &integrator = lane.t.data.integrator;
+  if (!(min(integrator.clamp_direct, integrator.clamp_indirect) < INFINITE_DISTANCE)) return light;
+  return count_clamped(light, limit, lane.t.counts);
+}
+
 // Whitted's rays wait by depth; see cpu_whitted.h.
 void push_ray(const Lane &lane, const PendingRay &ray) {
   lane.t.batch.classic->pending[ray.path.bounce].push_back(ray);
@@ -99,6 +113,9 @@ void push_ray(const Lane &lane, const PendingRay &ray) {
 #define NOTE_EMISSION note_emission
 #define NOTE_ENVIRONMENT note_environment
 #define NOTE_SKY note_sky
+#define NOTE_FEATURES note_features
+#define CLAMPED clamped
+#define PATH_BOUNCE(lane) (lane).t.batch.path[(lane).i].bounce
 #define NOTE_SHADOW note_shadow
 #define NOTE_SURFACE note_surface
 #define NOTE_TERMS note_terms

@@ -3,11 +3,20 @@
 // What passes are told beside light is cpu_lane.h's. Included by cpu_kernel.cpp alone.
 #pragma once
 
+#include "../kernels/denoising.h"
 #include "cpu_camera.h"
 #include "cpu_visibility.h"
 
 namespace cotorra {
 namespace {
+
+// Light as it counts where it is clamped, and how much that holds back.
+vec3 count_clamped(vec3 light, float limit, RayCounts &counts) {
+  const vec3 kept = clamped_light(light, limit);
+  counts.light += static_cast<double>(film_number(luminance(light)));
+  counts.held_light += static_cast<double>(film_number(luminance(light - kept)));
+  return kept;
+}
 
 // Adds the samples to their pixels; the odd ones alone as well, where an error is asked for.
 void stage_samples(const Tracer &t, std::span<const std::uint16_t> pixels, uint first, uint per_pixel) {

@@ -31,9 +31,10 @@ std::uint64_t pixel_bytes(const PassSelection &passes) {
   const auto if_kept = [](bool kept, std::size_t bytes) { return kept ? bytes : 0; };
   return sizeof(FilmPixel) + if_kept(passes.error, sizeof(vec3) + sizeof(std::uint32_t) + sizeof(std::uint16_t)) +
          if_kept(passes.nearest, sizeof(NearestRecord)) + if_kept(passes.surface, sizeof(SurfaceRecord)) +
-         if_kept(passes.emission, sizeof(vec3)) + if_kept(passes.environment, sizeof(vec3)) +
-         if_kept(passes.shadow, sizeof(ShadowRecord)) + if_kept(passes.occlusion, sizeof(float)) +
-         if_kept(passes.terms, sizeof(TermRecord)) + (std::uint64_t{passes.light_groups} + passes.lamps) * sizeof(vec3);
+         if_kept(passes.features, sizeof(FeatureRecord)) + if_kept(passes.emission, sizeof(vec3)) +
+         if_kept(passes.environment, sizeof(vec3)) + if_kept(passes.shadow, sizeof(ShadowRecord)) +
+         if_kept(passes.occlusion, sizeof(float)) + if_kept(passes.terms, sizeof(TermRecord)) +
+         (std::uint64_t{passes.light_groups} + passes.lamps) * sizeof(vec3);
 }
 
 // One pixel of a pass: reads tile and pixel index, writes channels.
@@ -87,6 +88,14 @@ Reader reader_of(const std::string &pass, const PassSelection &has, bool transpa
       return [](const FilmTile &t, std::size_t i, float *out) {
         write(t.surface[i].diffuse_color * per_sample(t, i), out);
       };
+    }
+  }
+  if (has.features) {
+    if (pass == "denoising_albedo") {
+      return [](const FilmTile &t, std::size_t i, float *out) { write(t.features[i].albedo * per_sample(t, i), out); };
+    }
+    if (pass == "denoising_normal") {
+      return [](const FilmTile &t, std::size_t i, float *out) { write(t.features[i].normal * per_sample(t, i), out); };
     }
   }
   if (has.emission && pass == "emission") {
@@ -144,6 +153,7 @@ void FilmTile::clear_as(const FilmTile &tile) {
   odd.assign(tile.odd.size(), vec3(0.0f));
   nearest.assign(tile.nearest.size(), NearestRecord{});
   surface.assign(tile.surface.size(), SurfaceRecord{});
+  features.assign(tile.features.size(), FeatureRecord{});
   emission.assign(tile.emission.size(), vec3(0.0f));
   environment.assign(tile.environment.size(), vec3(0.0f));
   shadow.assign(tile.shadow.size(), ShadowRecord{});
@@ -166,6 +176,10 @@ void FilmTile::add(const FilmTile &staged, std::uint32_t count) {
       surface[i].uv = surface[i].uv + staged.surface[i].uv;
       surface[i].uv_coverage += staged.surface[i].uv_coverage;
       surface[i].diffuse_color += staged.surface[i].diffuse_color;
+    }
+    if (!features.empty()) {
+      features[i].albedo += staged.features[i].albedo;
+      features[i].normal += staged.features[i].normal;
     }
     if (!emission.empty()) emission[i] += staged.emission[i];
     if (!environment.empty()) environment[i] += staged.environment[i];
@@ -222,6 +236,7 @@ void Film::make_tiles(int tile_size) {
       }
       if (passes.nearest) t.nearest.resize(n);
       if (passes.surface) t.surface.resize(n);
+      if (passes.features) t.features.resize(n);
       if (passes.emission) t.emission.assign(n, vec3(0.0f));
       if (passes.environment) t.environment.assign(n, vec3(0.0f));
       if (passes.shadow) t.shadow.resize(n);

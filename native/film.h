@@ -27,9 +27,10 @@ struct PassSelection {
   bool occlusion = false;
   bool terms = false;    // D, G, F
   bool error = false;    // adaptive sampling
+  bool features = false;  // Denoising Albedo, Denoising Normal
   std::uint32_t light_groups = 0;
   std::uint32_t lamps = 0;  // passes of single lamps
-  bool any_data() const { return nearest || surface || emission || environment || shadow || occlusion; }
+  bool any_data() const { return features || nearest || surface || emission || environment || shadow || occlusion; }
 };
 
 // Of the camera sample nearest the pixel's centre.
@@ -47,6 +48,12 @@ struct SurfaceRecord {
   vec2 uv{0.0f, 0.0f};
   float uv_coverage = 0.0f;
   vec3 diffuse_color{0.0f, 0.0f, 0.0f};
+};
+
+// Sums over samples, of the first rough surface.
+struct FeatureRecord {
+  vec3 albedo{0.0f, 0.0f, 0.0f};
+  vec3 normal{0.0f, 0.0f, 0.0f};
 };
 
 struct ShadowRecord {
@@ -68,6 +75,7 @@ struct FilmTile {
   std::uint32_t sample_count = 0;         // taken by each pixel; with adaptive sampling `samples` tells instead
   std::vector<NearestRecord> nearest;
   std::vector<SurfaceRecord> surface;
+  std::vector<FeatureRecord> features;
   std::vector<vec3> emission;
   std::vector<vec3> environment;
   std::vector<ShadowRecord> shadow;

@@ -99,6 +99,14 @@ void apply_integrator(const SettingsInput &s, const CameraInput &camera, const S
   job.limits = {path ? s.max_bounces : 0u, path ? s.diffuse_bounces : 0u,     path ? s.glossy_bounces : 0u, 2u,
                 s.transparent_bounces,     path ? s.transmission_bounces : 0u};
   if (whitted) job.limits = {c.depth, c.depth, c.depth, 2u, s.transparent_bounces, c.depth};
+  const bool physical = path || c.integrator == Integrator::kDirect;
+  // Cycles' limits are means of the three channels.
+  const auto limit = [physical](float mean) { return physical && mean > 0.0f ? 3.0f * mean : INFINITE_DISTANCE; };
+  job.limits.clamp_direct = limit(checked(s.clamp_direct, "clamp_direct"));
+  job.limits.clamp_indirect = limit(checked(s.clamp_indirect, "clamp_indirect"));
+  job.limits.filter_glossy = path ? checked(s.filter_glossy, "filter_glossy") : 0.0f;
+  if (path && !s.reflective_caustics) data.no_caustics |= CAUSTICS_REFLECTIVE;
+  if (path && !s.refractive_caustics) data.no_caustics |= CAUSTICS_REFRACTIVE;
   // In the classic ones, surfaces are lit by lamps and ambient light; emitting ones are only seen.
   if (!path && c.integrator != Integrator::kDirect) data.emitter_count = 0;
   job.features = features_of(c.integrator, s, scene, c);

@@ -17,6 +17,7 @@ std::uint32_t flags_of(const RenderJob &job) {
   set(job.scene->light_count <= job.lights_at_once, JOB_ALL_LIGHTS);
   set(job.passes.terms, JOB_TERMS_PASS);
   set(job.passes.occlusion, JOB_OCCLUSION_PASS);
+  set(job.passes.features, JOB_FEATURES_PASS);
   set(c.transparent_shadows, JOB_TRANSPARENT_SHADOWS);
   set(c.integrator == Integrator::kOcclusion, JOB_OCCLUSION_PICTURE);
   const bool ambient = max(max(c.ambient.x, c.ambient.y), c.ambient.z) > 0.0f;
@@ -32,7 +33,8 @@ JobData job_data(const RenderJob &job) {
   JobData data{};
   data.camera = job.camera;
   data.integrator = {job.limits.max_bounces,    job.limits.diffuse_bounces,     job.limits.glossy_bounces,
-                     job.limits.roulette_start, job.limits.transparent_bounces, job.limits.transmission_bounces};
+                     job.limits.roulette_start, job.limits.transparent_bounces, job.limits.transmission_bounces,
+                     job.limits.clamp_direct,   job.limits.clamp_indirect,      job.limits.filter_glossy};
   data.flags = flags_of(job);
   data.light_groups = job.passes.light_groups;
   data.lamp_passes = job.passes.lamps;

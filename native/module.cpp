@@ -155,6 +155,11 @@ SettingsInput read_settings(nb::handle settings) {
   in.glossy_bounces = nb::cast<std::uint32_t>(nb::getattr(settings, "glossy_bounces"));
   in.transmission_bounces = nb::cast<std::uint32_t>(nb::getattr(settings, "transmission_bounces"));
   in.transparent_bounces = nb::cast<std::uint32_t>(nb::getattr(settings, "transparent_bounces"));
+  in.clamp_direct = nb::cast<float>(nb::getattr(settings, "clamp_direct"));
+  in.clamp_indirect = nb::cast<float>(nb::getattr(settings, "clamp_indirect"));
+  in.filter_glossy = nb::cast<float>(nb::getattr(settings, "filter_glossy"));
+  in.reflective_caustics = nb::cast<bool>(nb::getattr(settings, "reflective_caustics"));
+  in.refractive_caustics = nb::cast<bool>(nb::getattr(settings, "refractive_caustics"));
   in.adaptive = nb::cast<bool>(nb::getattr(settings, "adaptive"));
   in.noise_threshold = nb::cast<float>(nb::getattr(settings, "noise_threshold"));
   in.adaptive_min_samples = nb::cast<std::uint32_t>(nb::getattr(settings, "adaptive_min_samples"));
@@ -293,6 +298,8 @@ nb::dict session_stats(const Session &session) {
   d["rays"] = rays;
   d["samples"] = s.rays.samples;
   d["rejected_samples"] = s.rays.rejected;
+  d["light"] = s.rays.light;
+  d["held_light"] = s.rays.held_light;
   d["busy_seconds"] = s.rays.busy_seconds;
   d["traced_seconds"] = s.rays.traced_seconds;
   d["memory_bytes"] = s.bytes;

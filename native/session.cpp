@@ -23,6 +23,7 @@ namespace {
 constexpr std::int64_t kMaxSamples = 1 << 24;  // float sums stand still beyond; Cycles' bound too
 constexpr std::uint32_t kLongestPass = 32;     // samples; keeps cancelling quick
 constexpr std::uint32_t kLampPasses = 1024;    // more than anyone looks through
+constexpr std::uint32_t kLeastAdaptiveSamples = 16;  // before their error is judged
 constexpr std::uint32_t kLightsAtOnce = 8;     // beyond, lamps are picked by importance
 
 void require(bool good, const std::string &name, const std::string &value, const char *expected) {
@@ -86,6 +87,8 @@ PassSelection select_passes(const SettingsInput &settings, std::uint32_t light_g
       p.nearest = true;
     } else if (name == "normal" || name == "uv" || name == "diffuse_color") {
       p.surface = true;
+    } else if (name.starts_with("denoising_")) {
+      p.features = true;
     } else if (name == "emission") {
       p.emission = true;
     } else if (name == "environment") {
@@ -270,30 +273,27 @@ void Session::run_tiles(std::size_t first_tile, std::size_t tile_count, std::uin
   }
 }
 
-// Adaptive sampling: drops the pixels whose error, and whose neighbours' error in the tile, is below the threshold.
+// Adaptive sampling: drops the pixels whose error is below the threshold, as their neighbours in the tile tell. A
+// single pixel's own estimate is as wide as it is large, and each look at it is another chance to stop too soon.
 void Session::update_pending(FilmTile &tile, std::uint32_t samples) const {
   const std::uint32_t least =
-      settings_.adaptive_min_samples > 0
-          ? settings_.adaptive_min_samples
-          : std::max(16u, static_cast<std::uint32_t>(
-                              std::lround(16.0f / std::sqrt(std::max(settings_.noise_threshold, 1e-6f)) * 0.1f)));
+      settings_.adaptive_min_samples > 0 ? settings_.adaptive_min_samples : kLeastAdaptiveSamples;
   if (samples < least) return;
-  std::vector<char> noisy(tile.pixels.size(), 0);
-  const auto w = static_cast<std::size_t>(tile.width);
-  const auto h = static_cast<std::size_t>(tile.height);
-  for (const std::uint16_t i : tile.pending) {
-    if (film_error(tile.pixels[i].radiance, tile.odd[i], static_cast<float>(tile.samples[i])) <
-        settings_.noise_threshold) {
-      continue;
-    }
-    const std::size_t x = i % w;
-    const std::size_t y = i / w;
-    for (std::size_t v = y > 0 ? y - 1 : 0; v <= std::min(y + 1, h - 1); ++v) {
-      for (std::size_t u = x > 0 ? x - 1 : 0; u <= std::min(x + 1, w - 1); ++u) noisy[v * w + u] = 1;
-    }
+  const std::size_t w = static_cast<std::size_t>(tile.width), h = static_cast<std::size_t>(tile.height);
+  std::vector<float> error(tile.pixels.size());
+  for (std::size_t i = 0; i < error.size(); ++i) {
+    error[i] = film_error(tile.pixels[i].radiance, tile.odd[i], static_cast<float>(tile.samples[i]));
   }
+  const auto is_clean = [&](std::uint16_t i) {
+    const std::size_t x = i % w, y = i / w;
+    float sum = 0.0f, count = 0.0f;
+    for (std::size_t v = y > 0 ? y - 1 : 0; v <= std::min(y + 1, h - 1); ++v) {
+      for (std::size_t u = x > 0 ? x - 1 : 0; u <= std::min(x + 1, w - 1); ++u, count += 1.0f) sum += error[v * w + u];
+    }
+    return sum < settings_.noise_threshold * count;
+  };
   const std::lock_guard lock(tile.mutex);
-  std::erase_if(tile.pending, [&](std::uint16_t i) { return noisy[i] == 0; });
+  std::erase_if(tile.pending, is_clean);
 }
 
 bool Session::wait(double seconds) {

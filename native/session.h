@@ -37,6 +37,9 @@ struct SettingsInput {  // addon/export/buffers.py, RenderSettings
   std::uint32_t seed = 0;
   std::uint32_t max_bounces = 12, diffuse_bounces = 4, glossy_bounces = 4, transmission_bounces = 12;
   std::uint32_t transparent_bounces = 8;
+  float clamp_direct = 0.0f, clamp_indirect = 0.0f;  // 0: no limit
+  float filter_glossy = 0.0f;
+  bool reflective_caustics = true, refractive_caustics = true;
   bool adaptive = false;
   float noise_threshold = 0.01f;
   std::uint32_t adaptive_min_samples = 0;

@@ -106,6 +106,7 @@ void FilmOnCard::take(FilmTile &staged, std::size_t pixel, std::size_t i) const 
       staged.nearest[i] = {r.distance2, r.depth, r.position, r.object_index, r.material_index};
     }
     if (!staged.surface.empty()) staged.surface[i] = {r.normal, r.uv, r.uv_coverage, r.diffuse_color};
+    if (!staged.features.empty()) staged.features[i] = {r.feature_albedo, r.feature_normal};
     if (!staged.emission.empty()) staged.emission[i] = r.emission;
     if (!staged.environment.empty()) staged.environment[i] = r.environment;
     if (!staged.shadow.empty()) staged.shadow[i] = {r.lit, r.unshadowed};

@@ -206,11 +206,13 @@ PRINCIPLED = [
         'principled_transmission(table, x, n, n, weight, l, passed); c = l.weight;'
         'principled_dielectric_layer(table, x, n, n, weight, l); d = l.weight;'
         'principled_base(x, n, weight, l, passed); e = l.weight + passed.weight; below = layer_below(a, weight);'
+        'lacks = select(principled_lacks(x, CAUSTICS_REFLECTIVE), 1u, 0u); blurred = kept; lobe_blur(0.95f, blurred);'
         'plain = select(principled_is_plain(x), 1u, 0u); Material m; share = principled_material(x, m);'
         'float f0; eta = dielectric_eta(x.ior, x.specular_level, f0);',
         {'x': INPUTS, 'n': NORMAL, 'u': UNIT},
         {'taken': 'uint', 'rest': 'float', 'weight': 'vec3', 'a': 'vec3', 'b': 'vec3', 'c': 'vec3', 'd': 'vec3'}
-        | {'e': 'vec3', 'below': 'vec3', 'plain': 'uint', 'share': 'float', 'eta': 'float'},
+        | {'e': 'vec3', 'below': 'vec3', 'plain': 'uint', 'share': 'float', 'eta': 'float'}
+        | {'lacks': 'uint', 'blurred': 'Lobe'},
         CLOSE,
         scene=True,
     ),

@@ -37,6 +37,9 @@ INTEGRATOR = (
         roulette_start=integers(4),
         transparent_bounces=choices(0, 1, 3, 256),
         transmission_bounces=integers(5),
+        clamp_direct=choices(0.5, 1e30),
+        clamp_indirect=choices(0.1, 3.0),
+        filter_glossy=choices(0.0, 1.0, 4.0),
     ),
 )
 # Without the feature nothing fills in a model: two outputs would differ by what was in memory before.
@@ -247,4 +250,35 @@ STAGES = [
     ),
 ]
 
-CASES = [*MICROFACET, *MATERIALS, *STAGES]
+# What a file asks for against fireflies, and what a denoiser is shown.
+FINISH = [
+    Case(
+        'fireflies',
+        FACING + 'kept = clamped_light(light, light_limit(integrator, path.bounce));'
+        'found = clamped_light(light, found_limit(integrator, path));'
+        'alpha = glossy_blur(integrator.filter_glossy, path.min_pdf);'
+        'blurred = bsdf; bsdf_blur(0.3f, blurred); filtered = bsdf;'
+        'path_filter_glossy(integrator, path, filtered, lobe);'
+        + NO_MODEL.format('blurred')
+        + NO_MODEL.format('filtered')
+        + 'left_out = caustics_left_out(scene, path.ray_kind); bare = material;'
+        'material_leave_out_caustics(scene, path.ray_kind, bare);',
+        {'integrator': INTEGRATOR, 'path': PATH, 's': SURFACE, 'material': MATERIAL, 'wo': WO, 'light': COLOR},
+        {'kept': 'vec3', 'found': 'vec3', 'alpha': 'float', 'blurred': 'Bsdf', 'filtered': 'Bsdf', 'left_out': 'uint'}
+        | {'bare': 'Material'},
+        ROUNDING,
+        scene=True,
+    ),
+    Case(
+        'features',
+        FACING + 'Features f; shown = select(path_shows_features(path), 1u, 0u);'
+        'counts = select(path_features(scene, path, bsdf, lobe, o, f), 1u, 0u); albedo = f.albedo; normal = f.normal;'
+        'glow = light_features(light * 3.0f);',
+        {'path': PATH, 's': SURFACE, 'material': MATERIAL, 'wo': WO, 'light': COLOR},
+        {'shown': 'uint', 'counts': 'uint', 'albedo': 'vec3', 'normal': 'vec3', 'glow': 'vec3'},
+        ROUNDING,
+        scene=True,
+    ),
+]
+
+CASES = [*MICROFACET, *MATERIALS, *STAGES, *FINISH]

@@ -280,6 +280,7 @@ def principled_inputs(rng: np.random.Generator, n: int) -> np.ndarray:
     fields |= {name: uniform(1.1, 2.0) for name in ('ior', 'coat_ior', 'film_ior')}
     fields |= {name: directions() for name in ('tangent', 'n', 'coat_n')}
     fields |= {name: integers(2) for name in ('thin_wall', 'multiscatter', 'inside')}
+    fields['no_caustics'] = choices(0, 0, 1, 2, 3)
     return records('PrincipledInputs', film=choices(0.0, 0.0, 300.0), **fields)(rng, n)
 
 
@@ -317,7 +318,7 @@ def surfaces(rng: np.random.Generator, n: int) -> np.ndarray:
 def paths(rng: np.random.Generator, n: int) -> np.ndarray:
     """States of paths that are under way."""
     known = constants()
-    kinds = (known['VISIBLE_CAMERA'], known['VISIBLE_DIFFUSE'], known['VISIBLE_GLOSSY'])
+    kinds = (known['VISIBLE_CAMERA'] | known['RAY_SHOWN'], known['VISIBLE_DIFFUSE'], known['VISIBLE_GLOSSY'])
     return records(
         'PathState',
         throughput=colors(2.0),
@@ -332,4 +333,5 @@ def paths(rng: np.random.Generator, n: int) -> np.ndarray:
         transmission_bounces=integers(3),
         kind_pdf=choices(0.0, 0.1, 1.0, 30.0),
         kind_weight=colors(2.0),
+        min_pdf=choices(0.01, 0.3, 20.0, known['INFINITE_DISTANCE']),
     )(rng, n)

@@ -84,6 +84,28 @@ def test_a_graphics_card_and_how_it_traces(engine):
     assert (found.device, found.device_index, found.ray_tracing) == ('VULKAN', 1, 'SOFTWARE')
 
 
+@pytest.mark.parametrize('settings_from', ['auto', 'cycles', 'cotorra'])
+def test_denoising_and_time_are_the_command_lines(engine, settings_from):
+    line = ['render', '--demo', 'box_room', '-o', 'room.exr', '--settings', settings_from]
+    for argument, denoises in (('--denoise', True), ('--no-denoise', False)):
+        scene = build.new_scene()
+        cli.apply(cli.parser().parse_args([*line, argument, '--time-limit', '1.5']), scene)
+        assert scene.cotorra.settings_from == settings_from.upper()
+        assert (settings.denoising(scene, scene.view_layers[0]) is not None) == denoises
+        assert settings.time_limit(scene, Log()) == 1.5
+    for wrong in ('-1', 'nan', 'soon'):
+        with pytest.raises(SystemExit):
+            cli.parser().parse_args([*line, '--time-limit', wrong])
+
+
+def test_a_denoised_picture_is_a_plain_exr(tmp_path):
+    """The noisy image beside it is no reason for another kind of file."""
+    out = tmp_path / 'o.exr'
+    code, told = run_cli('render', '--demo', 'box_room', '-o', out, *SMALL, '--denoise', fake='')
+    assert code == 0, told
+    assert set(read_exr(out)) == {''}
+
+
 def test_it_is_told_how_a_graphics_card_traces(tmp_path):
     code, told = run_cli(
         'render', '--demo', 'box_room', '-o', tmp_path / 'o.exr', *SMALL, '--device', 'vulkan', fake=''

@@ -56,6 +56,9 @@ FN vec3 layer_below(vec3 albedo, vec3 weight) {
   return weight * clamp(1.0f - max_component(share), 0.0f, 1.0f);
 }
 
+// Is this kind of lobe left out?
+FN bool principled_lacks(IN(PrincipledInputs) inputs, uint caustics) { return (inputs.no_caustics & caustics) != 0u; }
+
 // ---- Layers, from above. Each prepares its lobe, LOBE_NONE where there is none, and leaves in `weight` what goes
 // below.
 
@@ -77,7 +80,7 @@ FN void principled_coat(FloatBuffer table, IN(PrincipledInputs) inputs, vec3 ng,
   if (!(coat > BSDF_WEIGHT_CUTOFF)) return;
   const vec3 n = normal_for_reflection(inputs.coat_n, ng, wo);
   const float eta = clamp(inputs.coat_ior, 1.0f, 1e5f);
-  if (mean_component(weight) * coat >= BSDF_WEIGHT_CUTOFF) {
+  if (mean_component(weight) * coat >= BSDF_WEIGHT_CUTOFF && !principled_lacks(inputs, CAUSTICS_REFLECTIVE)) {
     lobe_clear(LOBE_REFLECTION, weight * coat, n, l);
     const float alpha = sqr(clamp(inputs.coat_roughness, 0.0f, 1.0f));
     microfacet_set_alpha(alpha, alpha, l);
@@ -96,11 +99,13 @@ FN void principled_metal_layer(FloatBuffer table, IN(PrincipledInputs) inputs, v
   lobe_clear(LOBE_NONE, vec3(0.0f), inputs.n, l);
   const float metallic = clamp(inputs.metallic, 0.0f, 1.0f);
   if (!(metallic > BSDF_WEIGHT_CUTOFF)) return;
+  const vec3 own = weight * metallic;
+  weight *= 1.0f - metallic;
+  if (principled_lacks(inputs, CAUSTICS_REFLECTIVE)) return;
   const uint distribution = inputs.multiscatter != 0u ? CLOSURE_MULTI_GGX : CLOSURE_GGX;
-  metallic_prepare(table, distribution, weight * metallic, inputs.base_color, inputs.specular_tint, inputs.roughness,
+  metallic_prepare(table, distribution, own, inputs.base_color, inputs.specular_tint, inputs.roughness,
                    inputs.anisotropic, inputs.rotation, inputs.n, ng, inputs.tangent, wo, inputs.film, inputs.film_ior,
                    l);
-  weight *= 1.0f - metallic;
 }
 
 // Glass, or the reflection of a thin wall, whose other lobe is `passed`.
@@ -112,6 +117,9 @@ FN void principled_transmission(FloatBuffer table, IN(PrincipledInputs) inputs, 
   if (!(transmission > BSDF_WEIGHT_CUTOFF)) return;
   const vec3 own = weight * transmission;
   weight *= 1.0f - transmission;
+  const vec3 mirrored = vec3(principled_lacks(inputs, CAUSTICS_REFLECTIVE) ? 0.0f : 1.0f);
+  const vec3 refracted = vec3(principled_lacks(inputs, CAUSTICS_REFRACTIVE) ? 0.0f : 1.0f);
+  if (is_black(mirrored) && is_black(refracted)) return;
   const vec3 n = normal_for_reflection(inputs.n, ng, wo);
   const vec3 base = clamp(inputs.base_color, vec3(0.0f), vec3(1.0f));
   const vec3 tint = max(inputs.specular_tint, vec3(0.0f));
@@ -122,17 +130,17 @@ FN void principled_transmission(FloatBuffer table, IN(PrincipledInputs) inputs, 
     vec3 transmittance;
     thin_wall_fresnel(table, tint, base, inputs.ior, inputs.film, inputs.film_ior, min(c, 1.0f), reflectance,
                       transmittance);
-    lobe_clear(LOBE_REFLECTION, own * reflectance, n, l);
+    lobe_clear(LOBE_REFLECTION, own * reflectance * mirrored, n, l);
     thin_wall_reflection_set(table, inputs.roughness, tint, wo, l);
-    lobe_clear(LOBE_THIN_TRANSMISSION, own * transmittance, n, passed);
+    lobe_clear(LOBE_THIN_TRANSMISSION, own * transmittance * refracted, n, passed);
     thin_wall_transmission_set(table, inputs.roughness, inputs.ior, wo, passed);
     return;
   }
   lobe_clear(LOBE_GLASS, own, n, l);
   const uint distribution = inputs.multiscatter != 0u ? CLOSURE_MULTI_GGX : CLOSURE_GGX;
   const vec3 f0 = tint * F0_from_ior(clamp(inputs.ior, 1e-5f, 1e5f));
-  glass_set(table, distribution, inputs.roughness, inputs.ior, inputs.inside != 0u, f0, vec3(1.0f), sqrt(base),
-            inputs.film, max(inputs.film_ior, 1e-5f), wo, l);
+  glass_set(table, distribution, inputs.roughness, inputs.ior, inputs.inside != 0u, f0, mirrored,
+            sqrt(base) * refracted, inputs.film, max(inputs.film_ior, 1e-5f), wo, l);
 }
 
 FN void principled_dielectric_layer(FloatBuffer table, IN(PrincipledInputs) inputs, vec3 ng, vec3 wo,
@@ -142,6 +150,7 @@ FN void principled_dielectric_layer(FloatBuffer table, IN(PrincipledInputs) inpu
   const float eta = dielectric_eta(inputs.ior, inputs.specular_level, f0);
   const bool film = inputs.film > FILM_CUTOFF;
   if ((eta == 1.0f && !film) || !(mean_component(weight) >= BSDF_WEIGHT_CUTOFF)) return;
+  if (principled_lacks(inputs, CAUSTICS_REFLECTIVE)) return;
   lobe_clear(LOBE_REFLECTION, weight, normal_for_reflection(inputs.n, ng, wo), l);
   anisotropy_set(inputs.roughness, inputs.anisotropic, inputs.rotation, inputs.n, inputs.tangent, l);
   film_set(inputs.film, inputs.film_ior, l);
@@ -189,6 +198,7 @@ FN float principled_material(IN(PrincipledInputs) inputs, OUT(Material) m) {
   m.pass_index = 0;
   m.flags = inputs.multiscatter != 0u ? MATERIAL_MULTI_GGX : 0u;
   m.flags |= principled_flags(m);
+  if (principled_lacks(inputs, CAUSTICS_REFLECTIVE)) m.flags &= ~MATERIAL_SPECULAR;
   return share;
 }
 

@@ -39,10 +39,11 @@ struct PrincipledInputs {
   uint thin_wall;     // 1: the surface has no inside
   uint multiscatter;  // 1: the energy of microfacets is preserved
   uint inside;        // 1: the viewer looks at the back
+  uint no_caustics;   // CAUSTICS_*: what is left out toward this viewer
 };
 
 #ifdef __cplusplus
-static_assert(sizeof(PrincipledInputs) == 176);
+static_assert(sizeof(PrincipledInputs) == 180);
 }  // namespace cotorra
 #endif
 

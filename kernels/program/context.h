@@ -242,6 +242,7 @@ FN vec3 layers_above(IN(SceneData) scene, IN(ShaderPoint) at, IN(ProgramArgument
   p.sheen_tint = argument3(a, 11);
   p.n = normalize_or(argument3(a, 14), at.n);
   p.emission = vec3(1.0f);
+  p.no_caustics = 0u;
   return principled_emission(scene.albedo, p, at.ng, at.wo);
 }
 

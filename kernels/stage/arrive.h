@@ -28,7 +28,9 @@ FN void add_light(LANE lane, vec3 value, int group) {
 // `kept` of a light sample's contribution is left at the surface. `first`: it is the first of the path.
 FN void arrive(LANE lane, bool first, vec3 contribution, vec3 kept, int group) {
   const vec3 lit = contribution * kept;
-  if (max_component(kept) > 0.0f) add_light(lane, lit, group);
+  if (max_component(kept) > 0.0f) {
+    add_light(lane, CLAMPED(lane, lit, light_limit(JOB.integrator, PATH_BOUNCE(lane))), group);
+  }
   if (FEATURE(FEATURE_DATA_PASSES) && first) NOTE_SHADOW(lane, luminance(lit), luminance(contribution));
 }
 

@@ -4,6 +4,7 @@
 #ifndef COTORRA_STAGE_MEET_H
 #define COTORRA_STAGE_MEET_H
 
+#include "../denoising.h"
 #include "../lamp_terms.h"
 #include "arrive.h"
 
@@ -11,13 +12,22 @@
 namespace cotorra {
 #endif
 
+// Adds light that a path found by itself, on its way or where it ended.
+FN void add_found(LANE lane, IN(PathState) path, vec3 found, int group) {
+  add_light(lane, found, group);
+  if (FEATURE(FEATURE_DATA_PASSES) && FLAG(JOB_FEATURES_PASS) && path_shows_features(path)) {
+    NOTE_FEATURES(lane, light_features(found), vec3(0.0f));
+  }
+}
+
 // Lamps on the first t metres of the ray; it goes on behind them.
 FN void meet_lights(LANE lane, IN(PathState) path, vec3 origin, vec3 direction, float t) {
   for (uint l = 0u; l < SCENE.light_count; ++l) {
     int group;
-    const vec3 seen = path_meet_light(SCENE, l, path, origin, direction, t, group);
-    if (is_black(seen)) continue;
-    add_light(lane, seen, group);
+    const vec3 met = path_meet_light(SCENE, l, path, origin, direction, t, group);
+    if (is_black(met)) continue;
+    const vec3 seen = CLAMPED(lane, met, found_limit(JOB.integrator, path));
+    add_found(lane, path, seen, group);
     if (FEATURE(FEATURE_DATA_PASSES) && path.bounce == 0u) NOTE_EMISSION(lane, seen);
   }
 }
@@ -25,9 +35,9 @@ FN void meet_lights(LANE lane, IN(PathState) path, vec3 origin, vec3 direction, 
 // The ray met no surface. Those that let it through on its way are none either: behind them the film is transparent.
 FN void escape(LANE lane, IN(PathState) path, vec3 direction) {
   if (FEATURE(FEATURE_WORLD)) {
-    const vec3 world = path_escape(SCENE, path, direction);
+    const vec3 world = CLAMPED(lane, path_escape(SCENE, path, direction), found_limit(JOB.integrator, path));
     if (FEATURE(FEATURE_DATA_PASSES) && path.bounce == 0u) NOTE_ENVIRONMENT(lane, world);
-    if (path.bounce > 0u || !FLAG(JOB_TRANSPARENT)) add_light(lane, world, SCENE.world_group);
+    if (path.bounce > 0u || !FLAG(JOB_TRANSPARENT)) add_found(lane, path, world, SCENE.world_group);
   }
   if (path.bounce == 0u) ALPHA(lane) = 0.0f;
 }
@@ -46,9 +56,19 @@ FN bool meet(LANE lane, IN(PathState) path, vec3 origin, vec3 direction, IN(Hit)
 // Adds what the surface itself emits; `material` is the scene's record.
 FN void add_emission(LANE lane, IN(PathState) path, IN(Surface) s, IN(Material) material, vec3 direction) {
   if ((material.flags & MATERIAL_EMISSIVE) == 0u) return;
-  const vec3 emitted = path_emission(SCENE, path, s, material, -direction, s.t);
-  add_light(lane, emitted, LOAD(SCENE.instances, s.instance).light_group);
+  const vec3 found = path_emission(SCENE, path, s, material, -direction, s.t);
+  const vec3 emitted = CLAMPED(lane, found, found_limit(JOB.integrator, path));
+  add_found(lane, path, emitted, LOAD(SCENE.instances, s.instance).light_group);
   if (FEATURE(FEATURE_DATA_PASSES) && path.bounce == 0u) NOTE_EMISSION(lane, emitted);
+}
+
+// Shows denoisers the surface, or what it mirrors.
+FN void show_features(LANE lane, INOUT(PathState) path, IN(Bsdf) bsdf, IN(Lobe) lobe, vec3 wo) {
+  if (!FLAG(JOB_FEATURES_PASS) || !path_shows_features(path)) return;
+  Features features;
+  if (!path_features(SCENE, path, bsdf, lobe, wo, features)) return;
+  NOTE_FEATURES(lane, features.albedo, features.normal);
+  path.ray_kind &= ~RAY_SHOWN;
 }
 
 // Tells passes of a surface that scatters. Where paths go straight through, they tell of what is behind.

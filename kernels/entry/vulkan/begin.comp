@@ -23,6 +23,8 @@ void clear_record(uint lane) {
   r.environment = vec3(0.0f);
   r.occlusion = 0.0f;
   r.uv = vec2(0.0f);
+  r.feature_albedo = vec3(0.0f);
+  r.feature_normal = vec3(0.0f);
   STORE(WAVE.records, lane, r);
 }
 

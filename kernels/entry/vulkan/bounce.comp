@@ -60,7 +60,7 @@ void main() {
   const Surface s = surface_at(lane);
   Bsdf bsdf;
   Lobe lobe;
-  scattering_at(lane, s, wo, bsdf, lobe);
+  scattering_at(lane, path, s, wo, bsdf, lobe);
   const uint block_seed = pixel_of(lane).block_seed;
   const vec2 u = vertex_random(path, block_seed, PAIR_BSDF);
   const vec2 choice = vertex_random(path, block_seed, PAIR_CHOICE);

@@ -25,6 +25,8 @@ void add_record(uint pixel, WaveRecord r) {
   sum.lit += film_number(r.lit);
   sum.unshadowed += film_number(r.unshadowed);
   sum.occlusion += r.occlusion;
+  sum.feature_albedo += film_vector(r.feature_albedo);
+  sum.feature_normal += film_vector(r.feature_normal);
   STORE(WAVE.film_records, pixel, sum);
 }
 

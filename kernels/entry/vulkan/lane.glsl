@@ -49,13 +49,21 @@ vec2 vertex_random(PathState path, uint block_seed, uint pair) {
 #define FILTER_OFFSET(lane) WAVE.offsets.v[lane]
 #define GROUP_LIGHT(lane, group) WAVE.groups.v[(lane) * JOB.light_groups + (group)]
 #define LAMP_LIGHT(lane, lamp) WAVE.lamps.v[(lane) * JOB.lamp_passes + (lamp)]
+#define CLAMPED(lane, light, limit) clamped_light(light, limit)
+#define PATH_BOUNCE(lane) path_bounce_of(lane)
 #define MEDIUM(lane) WAVE.trees.v[lane].medium
 
 #include "state.glsl"
 
+uint path_bounce_of(uint lane) {
+  if (!GOES_ON) return 0u;
+  return LOAD(WAVE.path_bounce, lane);
+}
+
 // ---- What passes are told beside light.
 #define NOTE_EMISSION(lane, light) WAVE.records.v[lane].emission += (light)
 #define NOTE_ENVIRONMENT(lane, light) WAVE.records.v[lane].environment += (light)
+#define NOTE_FEATURES(lane, albedo, normal) note_features(lane, albedo, normal)
 #define NOTE_SKY(lane, sky) WAVE.records.v[lane].occlusion = (sky)
 #define NOTE_SHADOW(lane, arrived, sent) note_shadow(lane, arrived, sent)
 #define NOTE_SURFACE(lane, first) note_surface(lane, first)
@@ -65,6 +73,11 @@ vec2 vertex_random(PathState path, uint block_seed, uint pair) {
 void note_shadow(uint lane, float arrived, float sent) {
   WAVE.records.v[lane].lit += arrived;
   WAVE.records.v[lane].unshadowed += sent;
+}
+
+void note_features(uint lane, vec3 albedo, vec3 normal) {
+  WAVE.records.v[lane].feature_albedo += albedo;
+  WAVE.records.v[lane].feature_normal += normal;
 }
 
 void note_surface(uint lane, FirstSurface first) {

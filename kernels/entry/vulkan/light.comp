@@ -31,7 +31,7 @@ void send_to_lights(uint lane, PathState path, Surface s, uint block_seed) {
   const vec3 wo = -WAVE.rays.v[lane].direction;
   Bsdf bsdf;
   Lobe lobe;
-  if (SCATTERS) scattering_at(lane, s, wo, bsdf, lobe);
+  if (SCATTERS) scattering_at(lane, path, s, wo, bsdf, lobe);
   const bool emitters = FEATURE(FEATURE_EMISSIVE_MESHES) && SCENE.emitter_count > 0u;
   const uint lamp_slots = push.light_slots - (emitters ? 1u : 0u);
   const vec2 pick = vertex_random(path, block_seed, PAIR_PICK);

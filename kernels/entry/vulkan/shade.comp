@@ -7,6 +7,7 @@
 #include "whitted.glsl"
 #include "stage/meet.h"
 #include "stage/recursion.h"
+#include "stand.glsl"
 
 // Does the lane stand at a surface that may be lit? What the ray met there and on its way is added.
 bool shade(uint lane) {
@@ -42,9 +43,14 @@ bool shade(uint lane) {
     STORE(WAVE.path_throughput, lane, path.throughput);
     STORE(WAVE.normals, lane, s.n);
   } else if (SCATTERS || FEATURE(FEATURE_DATA_PASSES | FEATURE_TERMS)) {
-    bsdf_prepare(SCENE, material, s.n, s.ng, -ray.direction, bsdf);
+    scattering_of(path, material, s, -ray.direction, bsdf, lobe);
   }
-  if (FEATURE(FEATURE_WHITTED)) whitted_prepare(material, LOAD(SCENE.classic, s.material), bsdf);
+  if (DRAWN && SCATTERS) path_filter_glossy(JOB.integrator, path, bsdf, lobe);
+  if (DRAWN && FEATURE(FEATURE_WHITTED)) whitted_prepare(material, LOAD(SCENE.classic, s.material), bsdf);
+  if (FEATURE(FEATURE_DATA_PASSES)) {
+    show_features(lane, path, bsdf, lobe, -ray.direction);
+    if (GOES_ON) STORE(WAVE.path_ray_kind, lane, path.ray_kind);
+  }
   describe(lane, path, s, material, weight, bsdf, -ray.direction);
   if (FEATURE(FEATURE_OCCLUSION) && FLAG(JOB_AMBIENT)) {
     const vec3 light = ambient_light(lane, path, s.material, material);

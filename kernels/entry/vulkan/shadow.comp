@@ -21,10 +21,7 @@ void main() {
   passage.kept = vec3(1.0f);
   passage.crossed = load_path(lane).transparent_bounces;
   passage.panes = 0u;
-  uvec2 left = uvec2(INVALID_ID, INVALID_ID);
-  if (WAVE.scene.starts_at_point != 0u) {
-    left = surface_left(WAVE.scene, LOAD(WAVE.surfaces, lane), ray.origin, ray.direction);
-  }
+  const uvec2 left = left_at(lane, ray.origin, ray.direction);
   float t_min = ray_begin(left);
   Hit hit;
   while (trace(ray.origin, ray.direction, t_min, ray.t_max, ray.visibility, any, left, hit)) {

@@ -9,12 +9,20 @@ Surface surface_at(uint lane) {
   return s;
 }
 
-void scattering_at(uint lane, Surface s, vec3 wo, out Bsdf bsdf, out Lobe lobe) {
+// What a constant material does with light.
+void scattering_of(PathState path, inout Material material, Surface s, vec3 wo, out Bsdf bsdf, out Lobe lobe) {
+  material_leave_out_caustics(SCENE, path.ray_kind, material);
+  lobe_clear(LOBE_NONE, vec3(0.0f), s.n, lobe);
+  bsdf_prepare(SCENE, material, s.n, s.ng, wo, bsdf);
+  if (FEATURE(FEATURE_WHITTED)) whitted_prepare(material, LOAD(SCENE.classic, s.material), bsdf);
+  if (SCATTERS) path_filter_glossy(JOB.integrator, path, bsdf, lobe);
+}
+
+void scattering_at(uint lane, PathState path, Surface s, vec3 wo, out Bsdf bsdf, out Lobe lobe) {
   if (DRAWN) {
     load_scattering(lane, s.n, bsdf, lobe);
     return;
   }
-  const Material material = LOAD(SCENE.materials, s.material);
-  bsdf_prepare(SCENE, material, s.n, s.ng, wo, bsdf);
-  if (FEATURE(FEATURE_WHITTED)) whitted_prepare(material, LOAD(SCENE.classic, s.material), bsdf);
+  Material material = LOAD(SCENE.materials, s.material);
+  scattering_of(path, material, s, wo, bsdf, lobe);
 }

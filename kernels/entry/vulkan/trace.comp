@@ -15,8 +15,8 @@ void main() {
   uint crossed = 0u;
   uvec2 left = uvec2(INVALID_ID, INVALID_ID);
   // Whitted's rays waited while others were traced: the lane's surface is not theirs.
-  if (WAVE.scene.starts_at_point != 0u && path.vertex > 0u && !FEATURE(FEATURE_WHITTED)) {
-    left = surface_left(WAVE.scene, LOAD(WAVE.surfaces, lane), ray.origin, ray.direction);
+  if (path.vertex > 0u && !FEATURE(FEATURE_WHITTED)) {
+    left = left_at(lane, ray.origin, ray.direction);
   }
   float t_min = min(ray.t_min, ray_begin(left));
   Hit hit;
