@@ -137,7 +137,16 @@ KINDS = [
         'velvet_prepare(color, color, y, vec3(0.0f, 0.0f, 1.0f), v); g = velvet_eval(v, o, i, q);'
         'velvet_sample(v, o, u, s); wj = s.wi;',
         {'p': PART, 'q0': PART, 'y': PART, 'color': COLOR, 'n': NORMAL, 'o': LOCAL, 'i': LOCAL, 'u': SQUARE},
-        {'albedo': 'float', 'a': 'float', 'across': 'float', 't': 'vec3', 'b': 'vec3', 'density': 'float', 'f': 'vec3', 'pdf': 'float'}
+        {
+            'albedo': 'float',
+            'a': 'float',
+            'across': 'float',
+            't': 'vec3',
+            'b': 'vec3',
+            'density': 'float',
+            'f': 'vec3',
+            'pdf': 'float',
+        }
         | {'wi': 'vec3', 'g': 'vec3', 'q': 'float', 'wj': 'vec3'},
         CLOSE,
     ),

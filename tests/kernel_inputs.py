@@ -246,6 +246,7 @@ def scene() -> Scene:
     data = np.zeros(1, dtype_of('SceneData'))
     data['light_count'], data['emitter_count'] = LIGHTS, EMITTERS
     data['instance_count'], data['material_count'] = INSTANCES, MATERIALS
+    data['starts_at_point'] = 1
     data['world'], data['world_visibility'] = (0.2, 0.4, 0.7), known['VISIBLE_ALL']
     data['emitter_norm'] = 1.0 / power.sum()
     made = Scene(
