@@ -196,6 +196,9 @@ class Thicket:
             if not target.enabled or target.type in ('SHADER', 'CUSTOM', 'MENU', 'STRING'):
                 continue
             self.type_in(target)
+            if target.name in ('Sides', 'Detail'):  # below 3 and below 0 Cycles gives what is not finite, or rounds up
+                target.default_value = abs(target.default_value) + 3.0 * (target.name == 'Sides')
+                continue
             if self.found and self.dice.random() < often and not target.hide_value | (target.name == 'Normal'):
                 tree.links.new(self.dice.choice(self.found), target)
             elif target.hide_value and target.name == 'Vector' and self.dice.random() < 0.5:
