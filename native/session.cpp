@@ -23,7 +23,7 @@ namespace {
 constexpr std::int64_t kMaxSamples = 1 << 24;  // float sums stand still beyond; Cycles' bound too
 constexpr std::uint32_t kLongestPass = 32;     // samples; keeps cancelling quick
 constexpr std::uint32_t kLampPasses = 1024;    // more than anyone looks through
-constexpr std::uint32_t kLeastAdaptiveSamples = 16;  // before their error is judged
+constexpr float kLoneError = 3.0f;  // adaptive sampling: of a pixel alone, over the threshold for the mean
 constexpr std::uint32_t kLightsAtOnce = 8;     // beyond, lamps are picked by importance
 
 void require(bool good, const std::string &name, const std::string &value, const char *expected) {
@@ -273,11 +273,15 @@ void Session::run_tiles(std::size_t first_tile, std::size_t tile_count, std::uin
   }
 }
 
-// Adaptive sampling: drops the pixels whose error is below the threshold, as their neighbours in the tile tell. A
-// single pixel's own estimate is as wide as it is large, and each look at it is another chance to stop too soon.
+// Adaptive sampling: drops the pixels whose error, in the mean of their neighbours in the tile, is below the threshold.
+// A pixel's own estimate is as wide as it is large, and each look at it another chance to stop too soon; but one that
+// is far beyond goes on, as its neighbours need not be like it.
 void Session::update_pending(FilmTile &tile, std::uint32_t samples) const {
+  const float threshold = settings_.noise_threshold;
   const std::uint32_t least =
-      settings_.adaptive_min_samples > 0 ? settings_.adaptive_min_samples : kLeastAdaptiveSamples;
+      settings_.adaptive_min_samples > 0
+          ? settings_.adaptive_min_samples
+          : std::max(16u, static_cast<std::uint32_t>(std::lround(1.6f / std::sqrt(std::max(threshold, 1e-6f)))));
   if (samples < least) return;
   const std::size_t w = static_cast<std::size_t>(tile.width), h = static_cast<std::size_t>(tile.height);
   std::vector<float> error(tile.pixels.size());
@@ -290,7 +294,7 @@ void Session::update_pending(FilmTile &tile, std::uint32_t samples) const {
     for (std::size_t v = y > 0 ? y - 1 : 0; v <= std::min(y + 1, h - 1); ++v) {
       for (std::size_t u = x > 0 ? x - 1 : 0; u <= std::min(x + 1, w - 1); ++u, count += 1.0f) sum += error[v * w + u];
     }
-    return sum < settings_.noise_threshold * count;
+    return sum < threshold * count && error[i] < kLoneError * threshold;
   };
   const std::lock_guard lock(tile.mutex);
   std::erase_if(tile.pending, is_clean);

@@ -250,7 +250,7 @@ def test_a_watcher_sees_progress_and_messages(scene):
     assert watch.active is None
     told = [text for level, text in watcher.messages if level == 'WARNING']
     assert told == ['Scene "Scene": motion blur is not rendered yet'] * 2
-    assert len(watcher.messages) == 3  # and once what of Cycles' defaults is not supported
+    assert len(watcher.messages) == 2
     for layer in ('ViewLayer', 'Second'):
         seen = [state for state in watcher.states if state.layer == layer]
         assert [state.phase for state in seen[:3]] == ['Synchronizing', 'Building', 'Rendering']
