@@ -250,10 +250,11 @@ GROUPS = {
         },
     ),
     'CyclesWorldSettings': Group(
+        read='sampling_method sample_map_resolution',
         named=(
             Named(
                 'max_bounces',
-                'its light reaches surfaces after more than {value} bounces, too: its limit is not supported yet',
+                'its light ends after {value} bounces; Cycles keeps the part of it there that bounces find',
                 (1024,),
                 matters=lambda world, scene: (
                     scene.cotorra.integrator == 'PATH' and world.max_bounces < inherited(scene, 'max_bounces')
@@ -262,7 +263,6 @@ GROUPS = {
             Named('use_shadows', 'its light is shadowed: that cannot be switched off yet', (True,)),
         ),
         idle={
-            NOISE: 'sampling_method sample_map_resolution',
             VOLUMES: 'volume_* homogeneous_volume',
             WITH_CASTERS: 'is_caustics_light',
         },

@@ -9,6 +9,7 @@
 #include "light_shape.h"
 #include "sampling.h"
 #include "surface_shading.h"
+#include "world_light.h"
 
 #ifdef __cplusplus
 namespace cotorra {
@@ -23,6 +24,7 @@ const uint PAIR_CHOICE = 1u;    // lobe; Russian roulette
 const uint PAIR_EMITTER = 2u;   // point on an emitting triangle
 const uint PAIR_PICK = 3u;      // which emitter; which lamp, where not all are sampled
 const uint PAIR_LIGHTS = 4u;    // one for each lamp
+const uint PAIR_WORLD = 253u;   // direction to the world
 const uint PAIR_CLOSURE = 254u; // which closure of the surface
 const uint LAST_SHARED_PAIR = 249u;  // lamps beyond share them
 FN uint vertex_pair(uint bounce, uint pair) { return PAIRS_BEFORE_VERTICES + bounce * PAIRS_PER_VERTEX + pair; }
@@ -145,6 +147,7 @@ FN ShaderPoint path_point(IN(SceneData) scene, IN(PathState) path, IN(Surface) s
 }
 
 const uint VISIBLE_SCATTERED = VISIBLE_DIFFUSE | VISIBLE_GLOSSY;
+const uint VISIBLE_LIT = VISIBLE_SCATTERED | VISIBLE_TRANSMISSION;
 
 // Throughput for light that a ray found by itself, and the density with which it was found, 0 where light sampling
 // cannot. `visibility` tells which rays see the light.
@@ -177,17 +180,28 @@ FN vec3 path_meet_light(IN(SceneData) scene, uint index, IN(PathState) path, vec
   return throughput * radiance * found_weight(found_pdf, pdf);
 }
 
+// What the background shows at one of its points.
+FN vec3 world_radiance(IN(SceneData) scene, IN(ShaderPoint) at) {
+  if (!FEATURE(FEATURE_PROGRAMS) || !PROGRAM_GROUP(GROUP_EMISSIONS) || scene.world_program.end == 0u) {
+    return scene.world;
+  }
+  return light_numbers(program_value(scene, at, scene.world_program, scene.world_constants));
+}
+
 // The background, for a ray that met no surface.
 FN vec3 path_escape(IN(SceneData) scene, IN(PathState) path, vec3 direction) {
-  if ((scene.world_visibility & path.ray_kind) == 0u) return vec3(0.0f);
+  // It lights what the ray leaves: the vertex before this one. The camera always sees it.
+  const bool lights = path.bounce == 0u || path.bounce - 1u <= scene.world_max_bounces;
+  if ((scene.world_visibility & path.ray_kind) == 0u || !lights) return vec3(0.0f);
   float pdf;
-  const vec3 throughput = found_throughput(scene, path, scene.world_visibility, pdf);
-  if (!FEATURE(FEATURE_PROGRAMS) || !PROGRAM_GROUP(GROUP_EMISSIONS) || scene.world_program.end == 0u) {
-    return throughput * scene.world;
+  const vec3 throughput = found_throughput(scene, path, scene.world_sampled, pdf);
+  float weight = 1.0f;
+  if (FEATURE(FEATURE_WORLD_LIGHT) && pdf > 0.0f && (scene.world_sampled & path.ray_kind & VISIBLE_LIT) != 0u) {
+    weight = found_weight(pdf, world_pdf(scene, direction));
   }
   ShaderPoint at = background_point(direction);
   path_counts(path, at);
-  return throughput * light_numbers(program_value(scene, at, scene.world_program, scene.world_constants));
+  return throughput * world_radiance(scene, at) * weight;
 }
 
 // Light that the surface itself emits toward the ray's origin; `material` is the scene's record.
@@ -409,6 +423,41 @@ FN bool path_sample_emitter(IN(SceneData) scene, IN(PathState) path, IN(Surface)
   ray.origin = shadow_ray_origin(scene, smooth_surface(s, bsdf), wi);
   ray.direction = safe_normalize(q - ray.origin, d);
   ray.t_max = d * 0.9999f;
+  return true;
+}
+
+// The background along wi, as a ray shows it that left the surface for it.
+FN ShaderPoint path_world_point(IN(SceneData) scene, IN(PathState) path, IN(Lobe) lobe, vec3 wi) {
+  ShaderPoint at = background_point(wi);
+  path_counts(path, at);
+  uint kind = select((scene.world_sampled & VISIBLE_DIFFUSE) != 0u, VISIBLE_DIFFUSE, VISIBLE_GLOSSY);
+  if (has_lobe(lobe)) kind = lobe_ray_kind(lobe, wi);
+  at.ray_kind = select(kind == VISIBLE_TRANSMISSION, kind, kind | RAY_REFLECTED);
+  at.bounce += 1u;
+  if (kind == VISIBLE_DIFFUSE) at.diffuse_bounces += 1u;
+  if (kind == VISIBLE_GLOSSY) at.glossy_bounces += 1u;
+  if (kind == VISIBLE_TRANSMISSION) at.transmission_bounces += 1u;
+  return at;
+}
+
+// One sample of the background by its table.
+FN bool path_sample_world(IN(SceneData) scene, IN(PathState) path, IN(Surface) s, IN(Bsdf) bsdf, IN(Lobe) lobe, vec3 wo,
+                          vec2 u, OUT(ShadowRay) ray) {
+  float pdf;
+  const vec3 wi = world_sample(scene, u, pdf);
+  float bsdf_pdf;
+  const vec3 f = visible_scattering(scene, bsdf, lobe, wo, wi, scene.world_sampled, bsdf_pdf);
+  ray.contribution = vec3(0.0f);
+  ray.direction = wi;
+  ray.t_max = INFINITE_DISTANCE;
+  ray.group = scene.world_group;
+  ray.visibility = VISIBLE_SHADOW;
+  ray.origin = s.p;
+  if (path.bounce > scene.world_max_bounces || !(pdf > 0.0f) || !(max_component(f) > 0.0f)) return false;
+  const vec3 radiance = world_radiance(scene, path_world_point(scene, path, lobe, wi));
+  ray.contribution = path.throughput * f * radiance * (power_heuristic(pdf, bsdf_pdf) / pdf);
+  if (!(max_component(ray.contribution) > 0.0f)) return false;
+  ray.origin = shadow_ray_origin(scene, smooth_surface(s, bsdf), wi);
   return true;
 }
 

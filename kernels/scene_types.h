@@ -33,6 +33,7 @@ const uint FEATURE_OCCLUSION = 16384u;     // ambient occlusion, as a picture, a
 const uint FEATURE_WHITTED = 32768u;       // the integrator is Whitted
 const uint FEATURE_TOON = 65536u;          // the integrator is Toon
 const uint FEATURE_LOBES = 131072u;        // a material has lobes that bsdf.h lacks; implies FEATURE_SPECULAR
+const uint FEATURE_WORLD_LIGHT = 262144u;  // the world varies, and is sampled as a light; implies FEATURE_PROGRAMS
 
 // ---- Ray visibility, as Blender's visible_* flags; also Embree's ray masks.
 const uint VISIBLE_CAMERA = 1u;
@@ -389,6 +390,7 @@ RECORD(SceneData) {
   ObjectSpaceBuffer object_spaces;  // [instances], null where no program asks
   InstanceInfoBuffer instance_infos;  // [instances], null where no program asks
   Vec4Buffer instance_attributes;  // [layers * instances]
+  FloatBuffer world_table;  // cumulated brightness: [world_height][world_width], then of the rows [world_height]
   ObjectSpace camera_space;  // x to the right, y up, z forward
   vec4 camera_window;  // left, bottom, 1 / width, 1 / height of the picture at distance 1, or in metres
   uint camera_orthographic;
@@ -402,13 +404,19 @@ RECORD(SceneData) {
   ProgramPart world_program;  // of a world that varies; end 0: `world` is all of it
   uint world_constants;
   uint no_caustics;  // CAUSTICS_*
-  uint unused;
+  uint world_width;  // of world_table; 0: bounces alone find the world
+  uint world_height;
+  vec3 world_sun;  // unit, to the middle of the sun's disc in a sky
+  float world_sun_cap;  // 1 - cos of its half angle
+  float world_sun_share;  // of the samples, that go to it and not by the table
+  uint world_sampled;  // VISIBLE_*: what lobes' light is drawn by the table; others see another world, or none
+  uint world_max_bounces;  // last bounce that it lights
 };
 
 #ifdef __cplusplus
 static_assert(sizeof(Light) == 112 && sizeof(Material) == 64 && sizeof(Mesh) == 56 && sizeof(Instance) == 112 &&
               sizeof(Emitter) == 88 && sizeof(LightShape) == 32 && sizeof(MaterialModel) == 160 &&
-              sizeof(ClassicMaterial) == 64 && sizeof(SceneData) == 344);
+              sizeof(ClassicMaterial) == 64 && sizeof(SceneData) == 384);
 static_assert(sizeof(Texture) == 32 && sizeof(MeshTextures) == 128 && sizeof(ObjectSpace) == 64 &&
               sizeof(InstanceInfo) == 32);
 }  // namespace cotorra

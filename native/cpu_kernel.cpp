@@ -205,6 +205,7 @@ class Renderer {
       sample_picked_lights(lanes, bounce);
     }
     if (FEATURE(FEATURE_EMISSIVE_MESHES) && scene_.emitter_count > 0) sample_emitters(lanes, bounce);
+    if (FEATURE(FEATURE_WORLD_LIGHT) && scene_.world_width > 0) sample_world(lanes, bounce);
     flush_shadow(bounce);
   }
 
@@ -272,6 +273,17 @@ class Renderer {
       ShadowRay ray;
       if (path_sample_emitter(scene_, b_.path[i], b_.surface[i], b_.shading.bsdf(i), b_.shading.lobe_of(i),
                               b_.shading.wo.get(i), pick[i], vec2(b_.u2[i], b_.v2[i]), ray)) {
+        queue_shadow(ray, i, bounce);
+      }
+    }
+  }
+
+  void sample_world(int lanes, uint bounce) {
+    fill_pairs(b_.random.data(), lanes, pair_seed(bounce, PAIR_WORLD), b_.u2.data(), b_.v2.data());
+    for (std::size_t i = 0; i < static_cast<std::size_t>(lanes); ++i) {
+      ShadowRay ray;
+      if (path_sample_world(scene_, b_.path[i], b_.surface[i], b_.shading.bsdf(i), b_.shading.lobe_of(i),
+                            b_.shading.wo.get(i), vec2(b_.u2[i], b_.v2[i]), ray)) {
         queue_shadow(ray, i, bounce);
       }
     }

@@ -37,6 +37,8 @@ constexpr Feature kFeatures[] = {
     {FEATURE_WHITTED, "Whitted", "another integrator is chosen"},
     {FEATURE_TOON, "toon", "another integrator is chosen"},
     {FEATURE_LOBES, "lobes", "no material in use has coat, sheen, glass or the like"},
+    {FEATURE_WORLD_LIGHT, "world as a light",
+     "the world is nearly the same in all directions, or bounces alone find it"},
 };
 
 }  // namespace

@@ -63,7 +63,7 @@ std::uint32_t features_of(Integrator integrator, const SettingsInput &s, const S
       return all | (s.max_bounces > 0 ? FEATURE_BOUNCES : 0u);
     case Integrator::kWhitted:
       // Mirrors show lamps that have a size; how glass bends the normal belongs to the specular lobe.
-      return (all & ~FEATURE_LOBES) | FEATURE_WHITTED | FEATURE_SPECULAR | ambient_term |
+      return (all & ~(FEATURE_LOBES | FEATURE_WORLD_LIGHT)) | FEATURE_WHITTED | FEATURE_SPECULAR | ambient_term |
              (scene.bounces_meet_lights() ? FEATURE_BSDF_RAYS | FEATURE_VISIBLE_LIGHTS : 0u);
     case Integrator::kOcclusion:
       return (all & seen) | FEATURE_OCCLUSION;
@@ -108,7 +108,10 @@ void apply_integrator(const SettingsInput &s, const CameraInput &camera, const S
   if (path && !s.reflective_caustics) data.no_caustics |= CAUSTICS_REFLECTIVE;
   if (path && !s.refractive_caustics) data.no_caustics |= CAUSTICS_REFRACTIVE;
   // In the classic ones, surfaces are lit by lamps and ambient light; emitting ones are only seen.
-  if (!path && c.integrator != Integrator::kDirect) data.emitter_count = 0;
+  if (!path && c.integrator != Integrator::kDirect) {
+    data.emitter_count = 0;
+    data.world_width = 0;
+  }
   job.features = features_of(c.integrator, s, scene, c);
   data.starts_at_point = scene.lets_light_through() && (path || c.integrator == Integrator::kDirect) ? 1u : 0u;
   data.lobes = path || c.integrator == Integrator::kDirect ? 1u : 0u;

@@ -9,6 +9,7 @@
 #include <nanobind/stl/vector.h>
 
 #include <chrono>
+#include <cmath>
 #include <future>
 #include <thread>
 
@@ -18,6 +19,7 @@
 #include "python_explain.h"
 #include "python_models.h"
 #include "python_programs.h"
+#include "python_sky.h"
 #include "scene.h"
 #include "session.h"
 
@@ -117,6 +119,11 @@ SceneInput read_scene(nb::handle buffers, std::vector<nb::object> &keep) {
   in.world_shader = nb::cast<int>(nb::getattr(world, "shader"));
   in.world_visibility = nb::cast<std::uint32_t>(nb::getattr(world, "visibility"));
   in.world_group = nb::cast<int>(nb::getattr(world, "light_group"));
+  in.world_resolution = nb::cast<int>(nb::getattr(world, "resolution"));
+  const auto sun = nb::cast<std::array<float, 4>>(nb::getattr(world, "sun"));
+  in.world_sun.direction = {sun[0], sun[1], sun[2]};
+  in.world_sun.cap = static_cast<float>(2.0 * std::pow(std::sin(0.25 * static_cast<double>(sun[3])), 2.0));
+  in.world_max_bounces = nb::cast<std::uint32_t>(nb::getattr(world, "max_bounces"));
   in.light_group_count = static_cast<uint>(nb::len(nb::getattr(buffers, "light_groups")));
   return in;
 }
@@ -410,6 +417,7 @@ NB_MODULE(cotorra_native, m) {
       "The builds of the CPU kernels: (instruction set, features compiled in).");
 
   register_laboratory(m);
+  register_sky(m);
 
   nb::class_<SceneHandle>(m, "Scene", "A validated scene, for the CPU with a BVH.")
       .def(

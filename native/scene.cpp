@@ -126,16 +126,6 @@ void Scene::prepare(SceneInput &input) {
   prepare_mesh_textures(input);
   prepare_meshes(input);
 
-  bool world_varies = false;
-  data_.world = input.world * emission_of(input.world_shader, world_varies);
-  if (world_varies) {
-    const CompiledShader &shader = compiled_[static_cast<std::size_t>(input.world_shader)];
-    data_.world_program = shader.program.emission;
-    data_.world_constants = shader.program.constants;
-    features_ |= FEATURE_PROGRAMS;
-  }
-  data_.world_visibility = input.world_visibility;
-  data_.world_group = input.world_group;
   data_.lights = {lights_.data()};
   data_.light_shapes = {light_shapes_.data()};
   data_.materials = {materials_.data()};
@@ -147,11 +137,13 @@ void Scene::prepare(SceneInput &input) {
   data_.instance_count = static_cast<uint>(instances_.size());
   data_.material_count = static_cast<uint>(materials_.size());
   estimate_emission(input.materials);
+  prepare_world(input);
   prepare_emitters();
   prepare_features();
   stats_.bytes = instances_.size() * sizeof(Instance) + materials_.size() * sizeof(Material) +
                  models_.size() * sizeof(MaterialModel) + classic_.size() * sizeof(ClassicMaterial) +
-                 emitters_.size() * sizeof(Emitter) + material_slots_.size() * sizeof(uint) + textures_.bytes();
+                 emitters_.size() * sizeof(Emitter) + material_slots_.size() * sizeof(uint) + textures_.bytes() +
+                 world_table_.cumulated.size() * sizeof(float);
   stats_.images = textures_.images.size();
   stats_.image_bytes = textures_.image_bytes;
   for (const MeshStorage &s : storage_) stats_.bytes += (s.positions.size() + s.normals.size()) * sizeof(vec3);
@@ -449,7 +441,7 @@ void Scene::prepare_features() {
   if (emissive) features_ |= FEATURE_EMISSIVE_MESHES;
   if (world) features_ |= FEATURE_WORLD;
   const bool world_lights = world && (data_.world_visibility & kScattered) != 0;
-  one_kind |= world && seen_by_one_kind(data_.world_visibility);
+  one_kind |= world && seen_by_one_kind(data_.world_sampled);
   data_.light_kinds = one_kind ? 1u : 0u;
   if (emissive || world_lights || (lobes && world) || (sharp && bounces_meet_lights_)) features_ |= FEATURE_BSDF_RAYS;
   const bool met = camera_meets_lights_ || ((features_ & FEATURE_BSDF_RAYS) != 0 && bounces_meet_lights_);

@@ -16,6 +16,7 @@
 #include "embree.h"
 #include "images.h"
 #include "scene_models.h"
+#include "world_table.h"
 
 namespace cotorra {
 
@@ -95,6 +96,9 @@ struct SceneInput {
   int world_shader = -1;  // whose emission is a factor of `world`, -1 = none
   uint world_visibility = VISIBLE_ALL;
   int world_group = -1;
+  int world_resolution = 0;  // cells around of the table that samples it; 0: as its images, -1: no table
+  WorldSun world_sun;
+  uint world_max_bounces = 1024;  // last bounce that it lights
   uint light_group_count = 0;
 };
 
@@ -179,6 +183,7 @@ class Scene {
   const CompiledShader &compiled(std::size_t material) const;
   // Lamps whose emission varies, which cannot be rendered yet: they are black.
   std::span<const std::size_t> varying_lights() const { return varying_lights_; }
+  std::span<const float> world_table() const { return world_table_.cumulated; }
   static std::span<const float> albedo();
 
   // Instance that an Embree hit belongs to is first_instances()[top-level geometry] + its place in an instance array.
@@ -200,6 +205,7 @@ class Scene {
   void prepare_mesh_textures(const SceneInput &input);
   void note_frame(std::size_t mesh, const Instance &instance);  // of a mesh that is moved to world space
   void prepare_lights(const LightsInput &input);
+  void prepare_world(const SceneInput &input);        // after the programs and images
   void prepare_instances(const SceneInput &input);
   void prepare_meshes(SceneInput &input);
   void prepare_emitters();
@@ -241,6 +247,7 @@ class Scene {
   std::vector<Light> lights_;
   std::vector<LightShape> light_shapes_;  // empty where no lamp is LIGHT_SHAPED
   std::vector<Emitter> emitters_;
+  WorldTable world_table_;
   SceneData data_{};
   SceneStats stats_;
   uint features_ = 0;

@@ -65,6 +65,37 @@ void validate_light_shapes(const LightsInput &in) {
   }
 }
 
+// The world's light, and the table by which it is sampled.
+void Scene::prepare_world(const SceneInput &in) {
+  bool varies = false;
+  data_.world = in.world * emission_of(in.world_shader, varies);
+  data_.world_visibility = in.world_visibility;
+  data_.world_sampled = in.world_visibility;
+  data_.world_group = in.world_group;
+  data_.world_max_bounces = in.world_max_bounces;
+  if (!varies) return;
+  const CompiledShader &shader = compiled_[static_cast<std::size_t>(in.world_shader)];
+  data_.world_program = shader.program.emission;
+  data_.world_constants = shader.program.constants;
+  features_ |= FEATURE_PROGRAMS;
+  // Where kinds of rays see different worlds, one is sampled, and the others' rays find theirs.
+  const uint registers = library_of_programs_.registers;
+  const uint lit = in.world_visibility & (VISIBLE_DIFFUSE | VISIBLE_GLOSSY | VISIBLE_TRANSMISSION);
+  const uint kinds = world_same_kinds(data_, registers, lit);
+  data_.world_sampled &= ~(lit & ~kinds);
+  if (kinds == 0 || in.world_resolution < 0) return;
+  const WorldTableSize size = world_table_size(data_, static_cast<uint>(in.world_resolution));
+  world_table_ = make_world_table(data_, registers, kinds, size, in.world_sun);
+  if (world_table_.width == 0) return;
+  data_.world_table = {world_table_.cumulated.data()};
+  data_.world_width = world_table_.width;
+  data_.world_height = world_table_.height;
+  data_.world_sun = in.world_sun.direction;
+  data_.world_sun_cap = in.world_sun.cap;
+  data_.world_sun_share = world_table_.sun_share;
+  features_ |= FEATURE_WORLD_LIGHT | FEATURE_BSDF_RAYS;
+}
+
 LightShape shape_light(const LightsInput &in, std::size_t i, Light &light) {
   LightShape shape{};
   if (light.type == LIGHT_SUN) return shape;  // it has neither a distance nor a cone

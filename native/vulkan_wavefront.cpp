@@ -101,7 +101,8 @@ class WavefrontOnCard final : public Wavefront {
     if (job_.classic.integrator == Integrator::kToon) return job_.scene->light_count;
     const std::uint32_t picks = bounce == 0 ? job_.lights_at_once : 1;
     const bool emitters = has(FEATURE_EMISSIVE_MESHES) && job_.scene->emitter_count > 0;
-    return (all_lights() ? job_.scene->light_count : picks) + (emitters ? 1 : 0);
+    const bool world = has(FEATURE_WORLD_LIGHT);
+    return (all_lights() ? job_.scene->light_count : picks) + (emitters ? 1 : 0) + (world ? 1 : 0);
   }
   std::uint32_t shadow_slots() const { return light_slots(0) + (sky_slot(0) != INVALID_ID ? 1 : 0); }
   // The place of the one to the sky.

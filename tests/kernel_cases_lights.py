@@ -6,7 +6,7 @@ What Blender's own lamps need stands in kernel_cases.py.
 
 from __future__ import annotations
 
-from kernel_cases import DIRECTION, LIGHT, NORMAL, POINT, POSITIVE, ROUNDING
+from kernel_cases import DIRECTION, LIGHT, NORMAL, POINT, POSITIVE, ROUNDING, SQUARE
 from kernel_cases_models import SLOPES
 from kernel_cases_path import MATERIAL
 from kernel_inputs import LIGHTS, choices, integers, light_shapes, magnitudes, uniform
@@ -37,6 +37,33 @@ CASES = [
         {'index': ('uint', integers(LIGHTS)), 'p': POINT, 'wi': DIRECTION},
         {'a': 'float'},
         RAMP,
+        scene=True,
+    ),
+    Case(
+        'world_directions',
+        'square = world_square(d); back = world_direction(square, across);',
+        {'d': DIRECTION},
+        {'square': 'vec2', 'back': 'vec3', 'across': 'float'},
+        Tolerance(64, "angles are each library's own", absolute=2e-6),
+    ),
+    Case(
+        'world_table',
+        'float v = u.x; cell = world_search(scene.world_table, 0u, 13u, v, share); rest = v;'
+        'again = world_share(scene.world_table, 0u, cell); density = world_density(scene, share, u.y);'
+        'table = world_table_pdf(scene, d); sun = world_sun_pdf(scene, d); pdf = world_pdf(scene, d);',
+        {'u': SQUARE, 'd': DIRECTION},
+        {'cell': 'uint', 'share': 'float', 'rest': 'float', 'again': 'float', 'density': 'float'}
+        | {'table': 'float', 'sun': 'float', 'pdf': 'float'},
+        ROUNDING,
+        scene=True,
+    ),
+    Case(
+        'world_samples',
+        'float density; wi = world_sample(scene, u, density); across = density * sqrt(wi.x * wi.x + wi.y * wi.y);'
+        'float t; from_table = world_table_sample(scene, u, t);',
+        {'u': SQUARE},
+        {'wi': 'vec3', 'from_table': 'vec3', 'across': 'float'},
+        Tolerance(4096, "sines are each library's own, and near the poles little is left of them", absolute=2e-6),
         scene=True,
     ),
     Case(

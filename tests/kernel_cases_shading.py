@@ -6,8 +6,8 @@ Ops by themselves stand in kernel_cases_program.py; that their values are Cycles
 
 from __future__ import annotations
 
-from kernel_cases import COLOR, DIRECTION, LIBRARY, UNIT
-from kernel_inputs import MATERIALS, choices, integers, magnitudes, paths, points, surfaces, uniform
+from kernel_cases import COLOR, DIRECTION, LIBRARY, SQUARE, UNIT
+from kernel_inputs import MATERIALS, choices, integers, magnitudes, materials, paths, points, surfaces, uniform
 from kernel_inputs_programs import GROUPS, KINDS, number
 from kernel_parity import Case, Tolerance
 
@@ -145,9 +145,13 @@ SURFACES = [
         'world_program',
         f'const MaterialProgram program = LOAD(scene.programs, {MATERIALS}u);'
         'scene.world_program = program.emission; scene.world_constants = program.constants;'
-        'sky = path_escape(scene, path, d);',
-        {'path': ('PathState', paths), 'd': DIRECTION},
-        {'sky': 'vec3'},
+        'sky = path_escape(scene, path, d); Bsdf bsdf; bsdf_prepare(scene, m, s.n, s.ng, o, bsdf); Lobe lobe;'
+        'lobe_clear(LOBE_NONE, vec3(0.0f), s.n, lobe);'
+        'shown = world_radiance(scene, path_world_point(scene, path, lobe, d)); ShadowRay ray;'
+        'path_sample_world(scene, path, s, bsdf, lobe, o, u, ray); to = ray.direction;',
+        {'path': ('PathState', paths), 'd': DIRECTION, 's': SURFACE, 'o': DIRECTION, 'm': ('Material', materials)}
+        | {'u': SQUARE},
+        {'sky': 'vec3', 'shown': 'vec3', 'to': 'vec3'},
         LIBRARY,
         scene=True,
         program=True,

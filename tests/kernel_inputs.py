@@ -183,6 +183,7 @@ def light_shapes(rng: np.random.Generator, n: int) -> np.ndarray:
 # ---- The scene
 
 MESHES, TRIANGLES, INSTANCES, EMITTERS, LIGHTS, MATERIALS = 4, 12, 5, 7, 6, 5
+WORLD = (13, 7)  # cells of the world's table: odd, so that no axis lies between two
 
 
 def _frames(rng: np.random.Generator, n: int) -> np.ndarray:
@@ -248,6 +249,8 @@ def scene() -> Scene:
     data['instance_count'], data['material_count'] = INSTANCES, MATERIALS
     data['starts_at_point'] = 1
     data['world'], data['world_visibility'] = (0.2, 0.4, 0.7), known['VISIBLE_ALL']
+    data['world_width'], data['world_height'], data['world_sampled'] = *WORLD, known['VISIBLE_ALL']
+    data['world_sun'], data['world_sun_cap'], data['world_sun_share'] = (0.48, 0.6, 0.64), 0.05, 0.25
     data['emitter_norm'] = 1.0 / power.sum()
     made = Scene(
         data=data,
@@ -262,6 +265,7 @@ def scene() -> Scene:
             'emitters': emitters,
             'classic': np.zeros(MATERIALS, dtype_of('ClassicMaterial')),
             'albedo': rng.uniform(0.4, 1.0, known['TABLE_SIZE']).astype(np.float32),
+            'world_table': world_table(np.random.default_rng(4)),
             'tables': np.random.default_rng(3).uniform(0.0, 1.0, 4 * 257).astype(np.float32),
             'filter_table': np.sort(rng.uniform(-1.0, 1.0, known['FILTER_TABLE_SIZE'])).astype(np.float32),
         },
@@ -270,6 +274,16 @@ def scene() -> Scene:
     add_textures(made, rng, 3 * TRIANGLES, TRIANGLES + 2)
     assert add_programs(made) == MATERIALS, 'rows name materials with programs by this number'
     return made
+
+
+def world_table(rng: np.random.Generator) -> np.ndarray:
+    """Cumulated cells of each row, some of them black, and cumulated rows, one of them black."""
+    width, height = WORLD
+    cells = rng.random((height, width)) * (rng.random((height, width)) > 0.3)
+    cells[2] = 0.0
+    rows = cells.sum(axis=1)
+    shares = np.cumsum(cells, axis=1) / np.where(rows > 0.0, rows, 1.0)[:, None]
+    return np.concatenate((shares.ravel(), np.cumsum(rows) / rows.sum())).astype(np.float32)
 
 
 def principled_inputs(rng: np.random.Generator, n: int) -> np.ndarray:

@@ -277,6 +277,9 @@ class World:
     color:  radiance; the emission of `shader` is a factor.
     shader: index into `SceneBuffers.shaders`, -1 for none.
     name:   for messages.
+    resolution: cells around of the table by which a world that varies is sampled; 0: as its images, -1: none.
+    max_bounces: last bounce that it lights.
+    sun: direction to a disc that the sky shows, and the angle across it; 0: none that is sampled by itself.
     """
 
     color: tuple[float, float, float] = (0.0, 0.0, 0.0)
@@ -284,6 +287,9 @@ class World:
     light_group: int = -1
     shader: int = -1
     name: str = ''
+    resolution: int = 0
+    max_bounces: int = 1024
+    sun: tuple[float, float, float, float] = (0.0, 0.0, 1.0, 0.0)
 
 
 @dataclass(frozen=True, slots=True)

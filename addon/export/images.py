@@ -84,6 +84,20 @@ class ImageTable:
             self._by_content[key] = Loaded(len(self.images) - 1, False, True)
         return self._by_content[key].index
 
+    def computed(self, name: str, key: tuple, pixels: Callable[[], NDArray]) -> int:
+        """The index of an image (H, W, 3), float32, linear Rec.709, that no file holds. key: what tells it apart."""
+        if key not in self._by_content:
+            found = pixels()
+            if self.working_space != REC709:
+                converted = _convert_colors(found, REC709, self.working_space, False)
+                if isinstance(converted, str):
+                    self.log.warning(f'Colours of "{name}" cannot be converted to "{self.working_space}" ({converted})')
+                else:
+                    found = np.ascontiguousarray(converted, np.float32)
+            self.images.append(Image(name, found, False))
+            self._by_content[key] = Loaded(len(self.images) - 1, False, False)
+        return self._by_content[key].index
+
     @cached_property
     def working_space(self) -> str:
         settings = getattr(bpy.data, 'colorspace', None)  # 5.0 and later

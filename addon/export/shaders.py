@@ -21,7 +21,7 @@ from .nodes import Trees
 
 @dataclass(slots=True)
 class ShaderTable:
-    """The shaders met so far. view_layer: the evaluated one, for its attributes."""
+    """The shaders met so far. view_layer: the evaluated one, for its attributes; suns: of skies, by shader."""
 
     log: Log
     trees: Trees
@@ -29,6 +29,7 @@ class ShaderTable:
     scene: bpy.types.Scene
     view_layer: bpy.types.ViewLayer
     drafts: list[shader.Draft] = field(default_factory=list)
+    suns: dict[int, list[tuple[float, float, float, float]]] = field(default_factory=dict)
     _index: dict[tuple, int] = field(default_factory=dict)
 
     def index(self, owner: bpy.types.Material | bpy.types.World | bpy.types.Light, warn: Callable[[str], None]) -> int:
@@ -44,6 +45,7 @@ class ShaderTable:
         if key not in self._index:
             self._index[key] = len(self.drafts)
             self.drafts.append(draft)
+            self.suns[self._index[key]] = found.suns
         return self._index[key]
 
     def lets_through(self, index: int) -> bool:

@@ -21,6 +21,9 @@ from .buffers import (
 )
 from .shaders import ShaderTable
 
+NO_SUN = (0.0, 0.0, 1.0, 0.0)
+MAX_BOUNCES = 1024
+
 VISIBILITY = {
     'camera': VISIBLE_CAMERA,
     'diffuse': VISIBLE_DIFFUSE,
@@ -49,4 +52,26 @@ def read_world(
     def warn(text: str) -> None:
         log.warning(f'World "{world.name}": {text}')
 
-    return World((1.0, 1.0, 1.0), visibility, group, shaders.index(world, warn), world.name)
+    shader = shaders.index(world, warn)
+    settings = getattr(world, 'cycles', None)
+    sun = next(iter(shaders.suns[shader]), NO_SUN)
+    return World(
+        (1.0, 1.0, 1.0), visibility, group, shader, world.name, _resolution(settings), _max_bounces(settings), sun
+    )
+
+
+def _resolution(settings: object | None) -> int:
+    """Of the table by which the world is sampled: 0 = as its images have it, -1 = it is not."""
+    match getattr(settings, 'sampling_method', 'AUTOMATIC'):
+        case 'NONE':
+            return -1
+        case 'MANUAL':
+            return settings.sample_map_resolution
+    return 0
+
+
+def _max_bounces(settings: object | None) -> int:
+    """Cycles limits the samples of the world alone: where there are none, there is no limit."""
+    if getattr(settings, 'sampling_method', 'NONE') == 'NONE':
+        return MAX_BOUNCES
+    return settings.max_bounces

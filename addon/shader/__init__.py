@@ -12,7 +12,7 @@ import bpy
 
 from .. import compat
 from ..export.nodes import Trees
-from . import bump, nodes_input, nodes_math, nodes_texture  # noqa: F401 (they register their nodes)
+from . import bump, nodes_input, nodes_math, nodes_sky, nodes_texture  # noqa: F401 (they register their nodes)
 from .closures import CLOSURES, read_closures
 from .feeds import NODES_MAX, Feeds, feeds_of, node_count
 from .ops import Tables, tables

@@ -15,7 +15,7 @@ from mathutils import Euler
 from ..export.buffers import EXTENSION_REPEAT, INTERPOLATION_CLOSEST, INTERPOLATION_CUBIC, INTERPOLATION_LINEAR
 from . import tables
 from .nodes_input import affine, generated, object_normal, uv
-from .reader import TRUNCATE, Node, UnreadError, value
+from .reader import TRUNCATE, Node, value
 from .tree import MULTIPLY, VECTOR_NORMALIZE, VECTOR_SUBTRACT, Ref
 
 INTERPOLATIONS = {
@@ -283,8 +283,3 @@ def _loaded(node: Node) -> object | None:
         node.warn(loaded)
         return None
     return loaded
-
-
-@value('ShaderNodeTexSky')
-def _sky(node: Node, output: str) -> Ref:
-    raise UnreadError('skies are not supported yet')

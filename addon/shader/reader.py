@@ -42,10 +42,12 @@ class Scene:
 
     images:     where images go.
     view_layer: finds an attribute of the view layer, as four numbers.
+    suns:       of the skies of a world: the direction to each disc, and the angle across it.
     """
 
     images: ImageTable
     view_layer: Callable[[str], tuple[float, float, float, float]]
+    suns: list[tuple[float, float, float, float]] = field(default_factory=list)
 
 
 UNKNOWN = object()  # of an output that was not read yet

@@ -32,7 +32,6 @@ NOT_SUPPORTED = {
     'ShaderNodeSqueeze': AS_CYCLES,
     'ShaderNodeTexIES': 'IES textures are not supported yet',
     'ShaderNodeTexPointDensity': 'point density is not supported',
-    'ShaderNodeTexSky': 'skies are not supported yet',
     'ShaderNodeUVAlongStroke': AS_CYCLES,
     'ShaderNodeVolumeAbsorption': 'volumes are not supported yet',
     'ShaderNodeVolumeCoefficients': 'volumes are not supported yet',

@@ -33,7 +33,8 @@ void send_to_lights(uint lane, PathState path, Surface s, uint block_seed) {
   Lobe lobe;
   if (SCATTERS) scattering_at(lane, path, s, wo, bsdf, lobe);
   const bool emitters = FEATURE(FEATURE_EMISSIVE_MESHES) && SCENE.emitter_count > 0u;
-  const uint lamp_slots = push.light_slots - (emitters ? 1u : 0u);
+  const uint world_slots = FEATURE(FEATURE_WORLD_LIGHT) ? 1u : 0u;  // the last
+  const uint lamp_slots = push.light_slots - world_slots - (emitters ? 1u : 0u);
   const vec2 pick = vertex_random(path, block_seed, PAIR_PICK);
   for (uint slot = 0u; slot < push.light_slots; ++slot) {
     ShadowRay ray;
@@ -42,6 +43,9 @@ void send_to_lights(uint lane, PathState path, Surface s, uint block_seed) {
       sent = toon_light_ray(SCENE, slot, s, ray);
     } else if (slot < lamp_slots) {
       sent = sample_lamp(lane, slot, lamp_slots, pick.x, block_seed, path, s, bsdf, lobe, wo, ray);
+    } else if (slot + world_slots == push.light_slots) {
+      const vec2 u = vertex_random(path, block_seed, PAIR_WORLD);
+      sent = path_sample_world(SCENE, path, s, bsdf, lobe, wo, u, ray);
     } else {
       const vec2 u = vertex_random(path, block_seed, PAIR_EMITTER);
       sent = path_sample_emitter(SCENE, path, s, bsdf, lobe, wo, pick.y, u, ray);

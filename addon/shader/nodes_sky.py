@@ -1,0 +1,233 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The Sky Texture: pictures of scattered light with a sun before them, and Preetham's formula, as ops.
+
+How light is scattered is native/sky.cpp's.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from .. import native
+from ..export.buffers import EXTENSION_EXTEND, INTERPOLATION_LINEAR
+from .nodes_texture import coordinates
+from .reader import Node, UnreadError, value
+from .tree import ADD, DIVIDE, MULTIPLY, SUBTRACT, VECTOR_ADD, VECTOR_MULTIPLY, VECTOR_NORMALIZE, Ref
+
+# More numbers of operations of the nodes Math and Vector Math.
+MINIMUM, MAXIMUM, LESS, GREATER, ABSOLUTE = 12, 13, 15, 16, 18
+ARCSINE, ARCCOSINE, ARCTAN2, COSINE, FRACTION, SQUARE_ROOT, SIGN, EXPONENT = 7, 8, 19, 5, 22, 23, 25, 26
+VECTOR_DOT, VECTOR_DISTANCE, VECTOR_MAXIMUM = 7, 8, 19
+
+EARTH = 6371000.0  # radius, metres
+SMALLEST_SUN = 0.0005  # angle across; Cycles takes no less
+LIMB = 0.6  # by how much the sun's edge is darker than its middle
+
+XYZ_TO_REC709 = (
+    (3.2409699, -1.5373832, -0.4986108, 0.0),
+    (-0.9692436, 1.8759675, 0.0415551, 0.0),
+    (0.0556301, -0.2039770, 1.0569715, 0.0),
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Calculator:
+    """Ops by their signs."""
+
+    node: Node
+
+    def number(self, x: float | Ref) -> Ref:
+        return self.node.constant(float(x)) if isinstance(x, float) else x
+
+    def math(self, operation: int, a: float | Ref, b: float | Ref = 0.0) -> Ref:
+        return self.node.builder.math(operation, self.number(a), self.number(b))
+
+    def times(self, a: float | Ref, b: float | Ref) -> Ref:
+        return self.math(MULTIPLY, a, b)
+
+    def plus(self, a: float | Ref, b: float | Ref) -> Ref:
+        return self.math(ADD, a, b)
+
+    def minus(self, a: float | Ref, b: float | Ref) -> Ref:
+        return self.math(SUBTRACT, a, b)
+
+    def vector(self, operation: int, a: Ref, b: Ref) -> Ref:
+        zero = self.node.constant(0.0)
+        return self.node.emit('vector_math_v', a, b, zero, zero, mode=operation)
+
+    def of_vectors(self, operation: int, a: Ref, b: Ref) -> Ref:
+        """A number."""
+        zero = self.node.constant(0.0)
+        return self.node.emit('vector_math_f', a, b, zero, zero, mode=operation)
+
+    def component(self, a: Ref, axis: int) -> Ref:
+        return self.node.emit('component', a, mode=axis)
+
+
+@value('ShaderNodeTexSky')
+def _sky(node: Node, output: str) -> Ref:
+    match node.node.sky_type:
+        case 'PREETHAM':
+            return _preetham(node)
+        case 'HOSEK_WILKIE':
+            raise UnreadError('the sky of Hosek and Wilkie is not supported')
+    return _scattered(node)
+
+
+# ---- Scattered light, and the sun.
+
+
+def sun_position(elevation: float, rotation: float) -> tuple[float, float]:
+    """Elevation from -90° to 90°, and the angle from +x to the sun's azimuth and a quarter on, as Cycles wraps them."""
+    elevation = math.remainder(elevation, 2.0 * math.pi)
+    if abs(elevation) > 0.5 * math.pi:
+        elevation = math.copysign(math.pi, elevation) - elevation
+        rotation += math.pi
+    return elevation, -math.remainder(rotation, 2.0 * math.pi)
+
+
+def _finite(node: Node, name: str) -> float:
+    found = float(getattr(node.node, name))
+    if math.isfinite(found):
+        return found
+    node.warn(f'{node.node.bl_rna.properties[name].name} is not a finite number: its default is used')
+    return float(node.node.bl_rna.properties[name].default)
+
+
+def _scattered(node: Node) -> Ref:
+    own, c = node.node, Calculator(node)
+    multiple = own.sky_type == 'MULTIPLE_SCATTERING'
+    elevation, rotation = sun_position(_finite(node, 'sun_elevation'), _finite(node, 'sun_rotation'))
+    size = max(_finite(node, 'sun_size'), SMALLEST_SUN)
+    altitude = _finite(node, 'altitude')
+    aerosol = 'aerosol_density' if hasattr(own, 'aerosol_density') else 'dust_density'  # 4.5's name
+    densities = [_finite(node, name) for name in ('air_density', aerosol, 'ozone_density')]
+    made: list[tuple] = []  # at most one
+
+    def sky() -> tuple:
+        if not made:
+            made.append(native.load().sky(multiple, elevation, size, altitude, *densities))
+        return made[0]
+
+    key = ('sky', multiple, elevation, altitude, *densities)
+    image = node.reader.scene.images.computed('Sky', key, lambda: sky()[0])
+
+    # 1. The place in the picture.
+    direction = coordinates(node)
+    x, y, z = (c.component(direction, axis) for axis in range(3))
+    up = c.math(ARCSINE, z)
+    turns = c.times(c.minus(rotation - 0.5 * math.pi, c.math(ARCTAN2, y, x)), 1.0 / (2.0 * math.pi))
+    root = c.math(SQUARE_ROOT, c.times(c.math(ABSOLUTE, up), 2.0 / math.pi))
+    place = node.emit(
+        'combine',
+        c.math(FRACTION, turns),
+        c.plus(c.times(c.times(c.math(SIGN, up), root), 0.5), 0.5),
+        node.constant(0.0),
+    )
+    mode = INTERPOLATION_LINEAR | EXTENSION_EXTEND << 2
+    zero = node.constant(0.0)
+    light = node.emit('image_v', place, node.constant(float(image)), zero, zero, mode=mode)
+    light = c.vector(VECTOR_MAXIMUM, light, zero)
+    if not own.sun_disc:
+        return light
+
+    # 2. The sun: from below to above its colour changes evenly, and it is darker at the edge.
+    azimuth = rotation + 0.5 * math.pi
+    flat = math.cos(elevation)
+    sun = (flat * math.cos(azimuth), flat * math.sin(azimuth), math.sin(elevation))
+    _, low, high = sky()
+    intensity = _finite(node, 'sun_intensity')
+    if intensity == 0.0 or max(*low, *high) <= 0.0:
+        return light
+    if node.reader.kind == 'world' and not node.is_fed('Vector') and direction == node.at_point('position'):
+        node.reader.scene.suns.append((*sun, size))
+    angle = c.times(c.math(ARCSINE, c.times(c.of_vectors(VECTOR_DISTANCE, direction, node.constant(sun)), 0.5)), 2.0)
+    share = c.times(angle, 2.0 / size)
+    horizon = math.asin(EARTH / (EARTH + max(altitude, 0.0))) - 0.5 * math.pi
+    shown = c.times(c.math(LESS, share, 1.0), c.math(GREATER, up, horizon))
+    inner = c.math(SQUARE_ROOT, c.math(MAXIMUM, c.minus(1.0, c.times(share, share)), 0.0))
+    limb = c.plus(1.0 - LIMB, c.times(inner, LIMB))
+    height = node.builder.splat(c.plus(c.times(c.minus(up, elevation), 1.0 / size), 0.5))
+    across = node.constant(tuple(float(b - a) for a, b in zip(low, high, strict=True)))
+    disc = c.vector(VECTOR_ADD, node.constant(tuple(map(float, low))), c.vector(VECTOR_MULTIPLY, across, height))
+    disc = c.vector(VECTOR_MAXIMUM, disc, zero)
+    disc = node.builder.scale(disc, c.times(c.times(shown, limb), intensity))
+    return c.vector(VECTOR_ADD, light, disc)
+
+
+# ---- Preetham, Shirley and Smits 1999.
+
+# Of the five numbers of Perez's formula for Y, x and y: what the turbidity is multiplied by, and what is added.
+PEREZ = np.array(
+    (
+        ((0.17872, -1.46303), (-0.35540, 0.42749), (-0.02266, 5.32505), (0.12064, -2.57705), (-0.06696, 0.37027)),
+        ((-0.01925, -0.25922), (-0.06651, 0.00081), (-0.00041, 0.21247), (-0.06409, -0.89887), (-0.00325, 0.04517)),
+        ((-0.01669, -0.26078), (-0.09495, 0.00921), (-0.00792, 0.21023), (-0.04405, -1.65369), (-0.01092, 0.05291)),
+    )
+)
+# Of x and y at the zenith: rows for T^2, T and 1, columns for the cube of the sun's zenith angle down to 1.
+ZENITH = np.array(
+    (
+        (
+            (0.00166, -0.00375, 0.00209, 0.0),
+            (-0.02903, 0.06377, -0.03202, 0.00394),
+            (0.11693, -0.21196, 0.06052, 0.25886),
+        ),
+        (
+            (0.00275, -0.00610, 0.00317, 0.0),
+            (-0.04214, 0.08970, -0.04153, 0.00516),
+            (0.15346, -0.26756, 0.06670, 0.26688),
+        ),
+    )
+)
+LUMINANCE = 0.06  # Blender's scale
+LOWEST = 0.5 * math.pi - 0.001  # zenith angle, from which on the sky stays the same
+
+
+def _preetham(node: Node) -> Ref:
+    c = Calculator(node)
+    sun = np.array(tuple(node.node.sun_direction), float)
+    turbidity = _finite(node, 'turbidity')
+    if not np.isfinite(sun).all() or not sun.any():
+        node.warn('its sun has no direction: it stands in the zenith')
+        sun = np.array((0.0, 0.0, 1.0))
+    sun /= np.linalg.norm(sun)
+    theta = math.acos(min(max(float(sun[2]), -1.0), 1.0))
+    scales, numbers = preetham_constants(turbidity, theta)
+
+    direction = c.vector(VECTOR_NORMALIZE, coordinates(node), node.constant(0.0))
+    cosine = c.of_vectors(VECTOR_DOT, direction, node.constant(tuple(map(float, sun))))
+    gamma = c.math(ARCCOSINE, cosine)
+    angle = c.math(MINIMUM, c.math(ARCCOSINE, c.component(direction, 2)), LOWEST)
+    slant = c.math(DIVIDE, 1.0, c.math(COSINE, angle))
+    square = c.times(cosine, cosine)
+
+    def perez(scale: float, a: float, b: float, g: float, d: float, e: float) -> Ref:
+        first = c.plus(1.0, c.times(a, c.math(EXPONENT, c.times(b, slant))))
+        second = c.plus(c.plus(1.0, c.times(g, c.math(EXPONENT, c.times(d, gamma)))), c.times(e, square))
+        return c.times(scale, c.times(first, second))
+
+    luminance, x, y = (perez(scale, *row) for scale, row in zip(scales, numbers, strict=True))
+    ratio = c.math(DIVIDE, luminance, y)
+    rest = c.minus(c.minus(1.0, x), y)
+    xyz = node.emit('combine', c.times(x, ratio), luminance, c.times(rest, ratio))
+    rows = [node.constant(row[:3]) for row in XYZ_TO_REC709]
+    rgb = node.emit('affine', xyz, *rows, node.constant(0.0))
+    return c.vector(VECTOR_MAXIMUM, rgb, node.constant(0.0))
+
+
+def preetham_constants(turbidity: float, theta: float) -> tuple[list[float], list[list[float]]]:
+    """Scales of Y, x and y, and their five numbers each. theta: the sun's zenith angle."""
+    numbers = PEREZ @ np.array((turbidity, 1.0))
+    chi = (4.0 / 9.0 - turbidity / 120.0) * (math.pi - 2.0 * theta)
+    bright = (4.0453 * turbidity - 4.9710) * math.tan(chi) - 0.2155 * turbidity + 2.4192
+    powers = np.array((theta**3, theta**2, theta, 1.0))
+    zenith = [LUMINANCE * bright, *(np.array((turbidity**2, turbidity, 1.0)) @ ZENITH @ powers)]
+    scales = []
+    for at_zenith, (a, b, g, d, e) in zip(zenith, numbers, strict=True):
+        above = (1.0 + a * math.exp(b)) * (1.0 + g * math.exp(d * theta) + e * math.cos(theta) ** 2)
+        scales.append(float(at_zenith / above))
+    return scales, [[float(number) for number in row] for row in numbers]
