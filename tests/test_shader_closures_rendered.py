@@ -16,7 +16,7 @@ import pytest
 from cotorra import compat, stats
 from mathutils import Vector
 
-from flat_scenes import node
+from flat_scenes import flat, node
 from render_calls import read_exr
 from scenes import build
 
@@ -334,3 +334,21 @@ def test_glossy_rays_may_see_another_world(tmp_path: Path) -> None:
     ours = picture(scene, 'COTORRA', tmp_path)
     scene.world.cycles.sampling_method = 'NONE'
     assert_same(ours, picture(scene, 'CYCLES', tmp_path))
+
+
+def test_the_film_behind_a_tint(tmp_path: Path) -> None:
+    """Of a transparent film a surface covers as much as it takes of the light that goes through."""
+    made = flat()
+    clear = made.node('BsdfTransparent')
+    clear.inputs['Color'].default_value = (0.9, 0.4, 0.2, 1.0)
+    made.link(clear.outputs[0], made.output.inputs['Surface'])
+    build.world(made.scene)
+    made.scene.render.film_transparent = True
+    alphas = []
+    for engine in ('COTORRA', 'CYCLES'):
+        make_fair(made.scene, engine, BOUNCES, (4, 4), threads=1)
+        path = tmp_path / f'{engine}.exr'
+        set_job(made.scene, 4, 1, str(path))
+        bpy.ops.render.render(write_still=True)
+        alphas.append(read_exr(path)['']['A'][1:3, 1:3].mean())
+    assert alphas == pytest.approx([0.5, 0.5], rel=1e-4)

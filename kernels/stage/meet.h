@@ -32,14 +32,15 @@ FN void meet_lights(LANE lane, IN(PathState) path, vec3 origin, vec3 direction, 
   }
 }
 
-// The ray met no surface. Those that let it through on its way are none either: behind them the film is transparent.
+// The ray met no surface. Those that let it through on its way leave of the film what they took of the ray, as in
+// Cycles.
 FN void escape(LANE lane, IN(PathState) path, vec3 direction) {
   if (FEATURE(FEATURE_WORLD)) {
     const vec3 world = CLAMPED(lane, path_escape(SCENE, path, direction), found_limit(JOB.integrator, path));
     if (FEATURE(FEATURE_DATA_PASSES) && path.bounce == 0u) NOTE_ENVIRONMENT(lane, world);
     if (path.bounce > 0u || !FLAG(JOB_TRANSPARENT)) add_found(lane, path, world, SCENE.world_group);
   }
-  if (path.bounce == 0u) ALPHA(lane) = 0.0f;
+  if (path.bounce == 0u) ALPHA(lane) = 1.0f - mean_component(path.throughput);
 }
 
 // Adds the light of what the ray met on its way and, behind it, of the background. Returns whether it met a surface.
@@ -74,8 +75,8 @@ FN void show_features(LANE lane, INOUT(PathState) path, IN(Bsdf) bsdf, IN(Lobe) 
 // Tells passes of a surface that scatters. Where paths go straight through, they tell of what is behind.
 FN void describe(LANE lane, IN(PathState) path, IN(Surface) s, IN(Material) material, vec3 weight, IN(Bsdf) bsdf,
                  vec3 wo) {
-  if (path.bounce != 0u) return;
-  if (FEATURE(FEATURE_DATA_PASSES) && (bsdf.lobes & BSDF_THROUGH) == 0u) {
+  if (path.bounce != 0u || (bsdf.lobes & BSDF_THROUGH) != 0u) return;
+  if (FEATURE(FEATURE_DATA_PASSES)) {
     const Instance instance = LOAD(SCENE.instances, s.instance);
     const vec2 offset = FILTER_OFFSET(lane);
     FirstSurface first;
