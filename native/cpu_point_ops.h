@@ -4,6 +4,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cstring>
 #include <functional>
 
 #include "../kernels/program/program.h"
@@ -176,6 +177,51 @@ inline void prefetch_texel(const Texture &t, int x, int y, uint extension) {
 #endif
 }
 
+#if defined(__GNUC__)
+// RGB and RGBA of 8 bits, which most images are: texture_gather with the four numbers of a texel side by side.
+using FourFloats = float __attribute__((vector_size(16)));
+using FourInts = std::int32_t __attribute__((vector_size(16)));
+using FourBytes = std::uint8_t __attribute__((vector_size(4)));
+
+inline FourFloats byte_texel(const Texture &t, int x, int y) {
+  if (x < 0 || y < 0) return FourFloats{};
+  const std::size_t place = (std::size_t{static_cast<uint>(y)} * t.width + static_cast<uint>(x)) * t.channels;
+  uint word;
+  if (t.channels == 4u) {
+    word = t.texels.v[place / 4];
+  } else {
+    // A texel of three bytes with that behind it; behind the last one may be none, and it comes with that before it.
+    const std::size_t bytes = (std::size_t{t.width} * t.height * 3 + 3) & ~std::size_t{3};
+    const std::size_t back = place + 4 > bytes ? 1 : 0;
+    std::memcpy(&word, reinterpret_cast<const char *>(t.texels.v) + place - back, 4);
+    word = word >> (8 * back) | 0xff000000u;
+  }
+  FourBytes numbers;
+  std::memcpy(&numbers, &word, 4);
+  return __builtin_convertvector(__builtin_convertvector(numbers, FourInts), FourFloats) * (1.0f / 255.0f);
+}
+
+inline vec4 gather_byte_texels(const Texture &t, const TexturePlace &p, uint extension) {
+  const int columns[2] = {texture_wrap(p.x, static_cast<int>(t.width), extension),
+                          texture_wrap(p.x + 1, static_cast<int>(t.width), extension)};
+  FourFloats sum{};
+  for (int j = 0; j < 2; ++j) {
+    const int row = texture_wrap(p.y + j, static_cast<int>(t.height), extension);
+    FourFloats line{};
+    line = line + byte_texel(t, columns[0], row) * (1.0f - p.fx);
+    line = line + byte_texel(t, columns[1], row) * p.fx;
+    sum = sum + line * (j == 0 ? 1.0f - p.fy : p.fy);
+  }
+  return {sum[0], sum[1], sum[2], sum[3]};
+}
+inline bool has_byte_texels(const Texture &t) { return t.format == TEXELS_UINT8 && t.channels >= 3u; }
+#else
+inline vec4 gather_byte_texels(const Texture &t, const TexturePlace &p, uint extension) {
+  return texture_gather(t, p, INTERPOLATION_LINEAR, extension);
+}
+inline bool has_byte_texels(const Texture &) { return false; }
+#endif
+
 // Flat, by the interpolation: image_lookup of a block of points.
 template <uint kInterpolation>
 struct FlatImage {
@@ -212,7 +258,9 @@ struct FlatImage {
     // 2. The texels, filtered.
     COTORRA_EACH {
       const Texture &image = scene.textures.v[image_index(scene, a[2][i])];
-      const vec4 c = texture_gather(image, t.place[i], kInterpolation, extension);
+      const vec4 c = kInterpolation == INTERPOLATION_LINEAR && has_byte_texels(image)
+                         ? gather_byte_texels(image, t.place[i], extension)
+                         : texture_gather(image, t.place[i], kInterpolation, extension);
       t.r[i] = c.x;
       t.g[i] = c.y;
       t.b[i] = c.z;
