@@ -1,0 +1,52 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Clamped light and what a denoiser is shown, in scenes whose values are known, on both devices.
+
+Cycles' own pictures are test_fireflies_cycles.py's.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from cotorra.export import buffers as b
+
+from test_lobes_rendered import FROM_ABOVE, VIEW, asked, layers, mean
+from texture_scenes import materials, render, scene
+
+GREY = b.World(color=(0.5, 0.5, 0.5))
+
+
+@pytest.fixture(params=['CPU', 'VULKAN'])
+def device(request: pytest.FixtureRequest) -> str:
+    if request.param == 'VULKAN':
+        request.getfixturevalue('module')
+    return request.param
+
+
+def test_each_limit_holds_for_its_light(device: str) -> None:
+    """A floor in the sun has radiance 0.8, and the sun is direct light. So is a world that the camera sees, or that one
+    bounce finds."""
+    floor, nothing = scene(layers(1), materials(1), lights=FROM_ABOVE), scene((), materials(1), world=GREY)
+    np.testing.assert_allclose(mean(floor, device, clamp_direct=0.1), 0.1, rtol=1e-4)
+    np.testing.assert_allclose(mean(floor, device, clamp_indirect=0.1), 0.8, rtol=1e-4)
+    lit = scene(layers(1), materials(1), world=GREY)
+    np.testing.assert_allclose(mean(lit, device, clamp_direct=0.1), 0.1, rtol=1e-4)
+    np.testing.assert_allclose(mean(lit, device, clamp_indirect=0.1), 0.4, rtol=1e-4)
+    np.testing.assert_allclose(mean(nothing, device, clamp_direct=0.1), 0.1, rtol=1e-4)
+
+
+def test_a_denoiser_sees_the_first_rough_surface(device: str) -> None:
+    """The floor itself, or through a clear sheet above it."""
+    names = ('denoising_albedo', 'denoising_normal')
+    glass = {'thin_wall': 1.0, 'transmission': 1.0, 'roughness': 0.0, 'ior': 1.0, 'base_color': (1.0, 1.0, 1.0)}
+    sheet = materials(2, **{name: [None, value] for name, value in glass.items() if name != 'ior'}, ior=[1.0, 1.0])
+    for made in (scene(layers(1), materials(1)), scene(layers(2), sheet)):
+        found = render(made, VIEW, samples=16, integrator='PATH', max_bounces=4, device=device, passes=names)
+        np.testing.assert_allclose(found['denoising_albedo'], 0.8, rtol=1e-3)
+        np.testing.assert_allclose(found['denoising_normal'], np.broadcast_to((0, 0, 1), (16, 16, 3)), atol=1e-3)
+
+
+def test_rough_metal_has_an_albedo(device: str) -> None:
+    metal = asked(1, base_color=(1.0, 1.0, 1.0), metallic=1.0, specular_tint=(1.0, 1.0, 1.0), roughness=0.6)
+    found = render(scene(layers(1), metal), VIEW, samples=16, device=device, passes=('denoising_albedo',))
+    np.testing.assert_allclose(found['denoising_albedo'], 1.0, atol=0.02)
