@@ -59,8 +59,8 @@ CASES = [
     ),
     Case(
         'world_samples',
-        'float density; wi = world_sample(scene, u, density); across = density * sqrt(wi.x * wi.x + wi.y * wi.y);'
-        'float t; from_table = world_table_sample(scene, u, t);',
+        'float density; wi = world_sample(scene, u, density); from_table = world_table_sample(scene, u, density);'
+        'across = density * sqrt(from_table.x * from_table.x + from_table.y * from_table.y);',
         {'u': SQUARE},
         {'wi': 'vec3', 'from_table': 'vec3', 'across': 'float'},
         Tolerance(4096, "sines are each library's own, and near the poles little is left of them", absolute=2e-6),

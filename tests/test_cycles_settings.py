@@ -156,7 +156,10 @@ NAMED = {
         lambda scene: setattr(bpy.data.materials['Clear'].cycles, 'use_bump_map_correction', False),
         'Material "Clear": bump map correction',
     ),
-    'world bounces': (lambda scene: setattr(scene.world.cycles, 'max_bounces', 1), 'World "World": its light reaches'),
+    'world bounces': (
+        lambda scene: setattr(scene.world.cycles, 'max_bounces', 1),
+        'World "World": its light ends after',
+    ),
     'alpha threshold': (_threshold, 'View layer "ViewLayer": the alpha threshold of its passes (0.25)'),
     'volume pass': (
         lambda scene: setattr(scene.view_layers[0].cycles, 'use_pass_volume_direct', True),

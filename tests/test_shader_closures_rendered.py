@@ -240,10 +240,11 @@ def _split(output: str, others: Surface) -> Surface:
 
     def sky(tree: bpy.types.NodeTree) -> bpy.types.NodeSocket:
         mixed = node(tree, 'Mix', data_type='RGBA')
-        tree.links.new(node(tree, 'LightPath').outputs[output], mixed.inputs['Factor_Float'])
-        tree.links.new(others(tree), mixed.inputs['A_Color'])
-        mixed.inputs['B_Color'].default_value = (0.8, 0.1, 0.1, 1.0)
-        return mixed.outputs['Result_Color']
+        inputs = {socket.identifier: socket for socket in mixed.inputs}
+        tree.links.new(node(tree, 'LightPath').outputs[output], inputs['Factor_Float'])
+        tree.links.new(others(tree), inputs['A_Color'])
+        inputs['B_Color'].default_value = (0.8, 0.1, 0.1, 1.0)
+        return next(socket for socket in mixed.outputs if socket.identifier == 'Result_Color')
 
     return sky
 

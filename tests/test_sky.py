@@ -67,10 +67,22 @@ def test_a_sky_is_as_cycles_shows_it(name: str, tmp_path: Path) -> None:
         ours, warnings = toward('COTORRA', turn, elevation, tmp_path, **sky)
         theirs, _ = toward('CYCLES', turn, elevation, tmp_path, **sky)
         assert not warnings
-        error = np.abs(ours - theirs).max(axis=-1) / theirs.mean()
-        # At the edges of the disc and of the earth the two may take the other side of a step.
-        assert np.quantile(error, 0.97) < 1e-3, f'{np.sort(error.ravel())[-40:]}'
-        assert np.quantile(error, 0.5) < 3e-4
+        # A sample lies within a hundredth of a pixel of its middle in both, and near the horizon and the sun's edge a
+        # pixel is not a small step.
+        error = np.abs(ours - theirs).max(axis=-1)
+        allowed = 1e-3 * theirs.mean() + ASIDE * steps(theirs)
+        assert np.all(error <= allowed), f'{np.max(error / allowed)} of what is allowed'
+        assert np.median(error) < 5e-4 * theirs.mean()
+
+
+ASIDE = 0.03  # pixels that the two may lie apart, in both directions
+
+
+def steps(pixels: np.ndarray) -> np.ndarray:
+    """How far apart a pixel and its eight neighbours are, at most."""
+    padded = np.pad(pixels, ((1, 1), (1, 1), (0, 0)), mode='edge')
+    windows = np.lib.stride_tricks.sliding_window_view(padded, (3, 3), axis=(0, 1))
+    return (windows.max(axis=(-2, -1)) - windows.min(axis=(-2, -1))).max(axis=-1)
 
 
 def test_the_sky_of_hosek_and_wilkie_is_named(tmp_path: Path) -> None:
