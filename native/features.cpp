@@ -37,6 +37,7 @@ constexpr Feature kFeatures[] = {
     {FEATURE_WHITTED, "Whitted", "another integrator is chosen"},
     {FEATURE_TOON, "toon", "another integrator is chosen"},
     {FEATURE_LOBES, "lobes", "no material in use has coat, sheen, glass or the like"},
+    {FEATURE_AREA_LIGHTS, "area lights", "no lamp is a rectangle or an ellipse"},
 };
 
 }  // namespace
