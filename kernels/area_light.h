@@ -128,7 +128,12 @@ FN vec2 area_view_spherical(IN(AreaView) v, float solid_angle, vec2 u) {
   const float ca = ck * cu - sk * su;
   const float sa = sk * cu + ck * su;
   // 3. Where the cut that leaves u.x of the solid angle to its left meets the plane.
-  const float f = (ca * n0 - n2) / select(abs(sa) > 1e-12f, sa, 1e-12f);
+  // ca n0 - n2, where both are nearly 1, from what they lack of it.
+  const float s = select(ca < 0.0f, -1.0f, 1.0f);
+  const float p0 = s * n0;
+  const float lack = select(n2 < 0.0f, -1.0f, 1.0f) * (m2 / (1.0f + abs(n2)) - m0 / (1.0f + abs(n0)));
+  const float apart = select(p0 * n2 > 0.0f, lack, p0 - n2) - p0 * (sa * sa / (1.0f + abs(ca)));
+  const float f = apart / select(abs(sa) > 1e-12f, sa, 1e-12f);
   const float g = f * f - m0;  // the paper's 1 / cu^2 - 1
   const float a = clamp(select(f > 0.0f, v.height, -v.height) / sqrt(max(g, 1e-20f)), v.a0, v.a1);
   // 4. Along the cut, whose plane the light crosses at distance sqrt(d2).
