@@ -216,10 +216,7 @@ GROUPS = {
     ),
     'SunLight': Group(read='energy angle', idle={EEVEE: 'shadow_* use_shadow_jitter use_absolute_*'}),
     'AreaLight': Group(
-        idle={
-            'area lights are named': 'energy shape size size_y spread',
-            EEVEE: 'shadow_* use_shadow_jitter use_absolute_*',
-        }
+        read='energy shape size size_y spread', idle={EEVEE: 'shadow_* use_shadow_jitter use_absolute_*'}
     ),
     'CyclesMaterialSettings': Group(
         read='emission_sampling',

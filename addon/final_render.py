@@ -16,7 +16,7 @@ from typing import Any
 import bpy
 
 from . import denoise, export, lamps, native, passes, settings, stats, watch
-from .export.buffers import Camera, RenderSettings, SceneBuffers
+from .export.buffers import Camera, RenderSettings
 from .log import Cancelled, Log, spelled
 from .reporter import Reporter, position_in_frame
 
@@ -166,7 +166,6 @@ class RenderJob:
         native_scene = interruptible(
             module, self.log, lambda stop: module.Scene(buffers, should_cancel=stop, bvh=False)
         )
-        self.warn_of_what_varies(native_scene, buffers)
         del buffers
         if render_settings.device == 'CPU':
             self.build_bvh(module, native_scene, render_settings.threads)
@@ -197,11 +196,6 @@ class RenderJob:
         finally:
             session.cancel()
             self.stats.take(session)
-
-    def warn_of_what_varies(self, scene: Any, buffers: SceneBuffers) -> None:
-        """Name the lamps that are left out, since their shaders are no constants."""
-        for name in dict.fromkeys(buffers.lights.names[index] for index in scene.varying_lights()):
-            self.log.warning(f'Light "{name}": light that varies is not supported yet: left out')
 
     def build_bvh(self, module: ModuleType, scene: Any, threads: int) -> None:
         """What the CPU needs to trace rays; graphics cards build their own."""

@@ -5,7 +5,7 @@
 #define COTORRA_INTEGRATOR_H
 
 #include "fireflies.h"
-#include "light.h"
+#include "light_program.h"
 #include "light_shape.h"
 #include "sampling.h"
 #include "surface_shading.h"
@@ -160,6 +160,21 @@ FN vec3 found_throughput(IN(SceneData) scene, IN(PathState) path, uint visibilit
 // Weight of such light, where light sampling draws the same direction with `light_pdf`.
 FN float found_weight(float pdf, float light_pdf) { return pdf > 0.0f ? power_heuristic(pdf, light_pdf) : 1.0f; }
 
+// Factor on what lamp `index` sends along -wi from `distance` metres away: 1, or what its program says. As in Cycles, a
+// lamp knows the number of bounces and not the kind of ray.
+FN vec3 path_light_program(IN(SceneData) scene, uint index, IN(Light) light, IN(PathState) path, vec3 p, vec3 wi,
+                           float distance) {
+  if (!FEATURE(FEATURE_PROGRAMS) || !PROGRAM_GROUP(GROUP_EMISSIONS) || (light.flags & LIGHT_PROGRAM) == 0u) {
+    return vec3(1.0f);
+  }
+  const LightProgram program = LOAD(scene.light_programs, index);
+  ShaderPoint at = light_point(index, light, program, p, wi, distance);
+  path_counts(path, at);
+  at.ray_kind = 0u;
+  at.bounce += 1u;
+  return light_numbers(program_value(scene, at, program.emission, program.constants));
+}
+
 // Lamp `index` as the ray meets it on its way of length t_max; lamps are transparent to rays, as in Cycles.
 FN vec3 path_meet_light(IN(SceneData) scene, uint index, IN(PathState) path, vec3 origin, vec3 direction, float t_max,
                         OUT(int) group) {
@@ -168,13 +183,18 @@ FN vec3 path_meet_light(IN(SceneData) scene, uint index, IN(PathState) path, vec
   float pdf;
   group = light.group;
   // A light lights what a ray leaves: the vertex before this one. The camera always sees it.
-  const bool seen = (light.visibility & path.ray_kind) != 0u && (light.flags & LIGHT_VISIBLE) != 0u &&
+  const uint met = select(path.bounce == 0u, LIGHT_SEEN, LIGHT_VISIBLE);
+  const bool seen = (light.visibility & path.ray_kind) != 0u && (light.flags & met) != 0u &&
                     (path.bounce == 0u || path.bounce - 1u <= light.max_bounces);
   if (!seen || !light_intersect(light, origin, direction, t_max, path.normal, radiance, pdf)) return vec3(0.0f);
   // Where light sampling brings all of it, a bounce must not bring it again.
   const bool shared_work = FEATURE(FEATURE_BSDF_RAYS) && (path.ray_kind & RAY_MEETS_LAMPS) != 0u;
   if (path.bounce > 0u && !shared_work) return vec3(0.0f);
   if (FEATURE(FEATURE_LIGHT_SHAPES)) radiance *= scene_light_shape(scene, index, light, origin, direction);
+  if ((light.flags & LIGHT_PROGRAM) != 0u) {
+    const float t = path.passed + light_distance(light, origin, direction);
+    radiance *= path_light_program(scene, index, light, path, origin - direction * path.passed, direction, t);
+  }
   float found_pdf;
   const vec3 throughput = found_throughput(scene, path, light.visibility, found_pdf);
   return throughput * radiance * found_weight(found_pdf, pdf);
@@ -304,6 +324,7 @@ FN bool path_sample_light(IN(SceneData) scene, uint index, IN(PathState) path, I
   LightSample l;
   light_sample(light, s.p, s.n, u, l);
   if (FEATURE(FEATURE_LIGHT_SHAPES)) l.weight *= scene_light_shape(scene, index, light, s.p, l.wi);
+  l.weight *= path_light_program(scene, index, light, path, s.p, l.wi, l.distance);
   vec3 contribution;
   if (has_lobe(lobe)) {
     contribution = lobe_light_contribution(scene, light, l, bsdf, lobe, wo, path.throughput, scale);
@@ -314,9 +335,9 @@ FN bool path_sample_light(IN(SceneData) scene, uint index, IN(PathState) path, I
   return light_shadow_ray(scene, light, start, path.bounce, l.wi, l.distance, contribution, ray);
 }
 
-// A quick bound of what lamp `index` may contribute at the surface, to choose lamps by; `both_sides`: light from behind
-// counts as well.
-FN float light_importance(IN(SceneData) scene, uint index, IN(Surface) s, bool both_sides) {
+// A quick bound of what lamp `index` without its program may contribute at the surface, to choose lamps by;
+// `both_sides`: light from behind counts as well.
+FN float light_bound(IN(SceneData) scene, uint index, IN(Surface) s, bool both_sides) {
   Light light = LOAD(scene.lights, index);
   if (light.type == LIGHT_SUN) {
     const float size = select(light.radius > 0.0f, 2.0f * PI * light.radius, 1.0f);
@@ -325,6 +346,11 @@ FN float light_importance(IN(SceneData) scene, uint index, IN(Surface) s, bool b
   }
   float d;
   const vec3 wi = safe_normalize(light.position - s.p, d);
+  if (FEATURE(FEATURE_AREA_LIGHTS) && light.type == LIGHT_AREA) {
+    const float facing = both_sides ? abs(dot(s.n, wi)) : max(dot(s.n, wi), 0.0f);
+    const float widest = min(facing + light.radius / max(d, 1e-6f), 1.0f);
+    return luminance(light.radiance) * area_light_importance(light, s.p) * widest;
+  }
   const float r2 = light.radius * light.radius;
   const float power = luminance(light.radiance) * select(light.radius > 0.0f, PI * r2, 1.0f);
   // The widest cosine that the light's disk can show.
@@ -339,6 +365,13 @@ FN float light_importance(IN(SceneData) scene, uint index, IN(Surface) s, bool b
     spot *= light_falloff(shape, d) * (light.radius > 0.0f ? 1.0f : light_spot_edge(shape, light, wi));
   }
   return power * cosine * spot / (d * d + r2 + 1e-12f);
+}
+
+// With what its program sends out on average.
+FN float light_importance(IN(SceneData) scene, uint index, IN(Surface) s, bool both_sides) {
+  const float bound = light_bound(scene, index, s, both_sides);
+  if ((LOAD(scene.lights, index).flags & LIGHT_PROGRAM) == 0u) return bound;
+  return bound * LOAD(scene.light_programs, index).mean;
 }
 
 // One lamp out of many, in proportion to its importance, by reservoir sampling with one number.

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Point, sun and spot lights: sampled by the solid angle they show, met by rays, in Blender's units.
-// Shadow and BSDF are the integrator's.
+// Lights: point, sun and spot lights are sampled by the solid angle they show and met by rays; area_light.h is asked
+// for the others. Shadow and BSDF are the integrator's.
 #ifndef COTORRA_LIGHT_H
 #define COTORRA_LIGHT_H
 
-#include "sampling.h"
-#include "scene_types.h"
+#include "area_light.h"
 
 #ifdef __cplusplus
 namespace cotorra {
@@ -14,13 +13,6 @@ namespace cotorra {
 // The pass of its own that a lamp's light goes to, -1 where it has none, and its light group: see LAMP_PASS_SHIFT.
 FN int light_pass(int group) { return (group >> int(LAMP_PASS_SHIFT)) - 1; }
 FN int light_group(int group) { return (group << int(LAMP_PASS_SHIFT)) >> int(LAMP_PASS_SHIFT); }
-
-struct LightSample {
-  vec3 wi;         // unit, from the surface to the light
-  float distance;  // to the light, INFINITE_DISTANCE for a sun
-  vec3 weight;     // radiance / pdf; for a delta light its irradiance on a surface that faces it
-  float pdf;       // solid angle; 0 for a delta light, which no ray can meet
-};
 
 // Attenuation of a spot in direction wi (surface to light): Blender's smoothed cone, in the lamp's own space.
 FN float spot_attenuation(IN(Light) light, vec3 wi) {
@@ -99,9 +91,27 @@ FN void sun_light_sample(IN(Light) light, vec2 u, OUT(LightSample) s) {
 FN void light_sample(IN(Light) light, vec3 p, vec3 n, vec2 u, OUT(LightSample) s) {
   if (light.type == LIGHT_SUN) {
     sun_light_sample(light, u, s);
+  } else if (FEATURE(FEATURE_AREA_LIGHTS) && light.type == LIGHT_AREA) {
+    area_light_sample(light, p, u, s);
   } else {
     point_light_sample(light, p, n, u, s);
   }
+}
+
+// Beams, and lights whose program runs for each sample: no loop over lanes takes them.
+FN bool light_asks_lanes(IN(Light) light) {
+  return (light.flags & LIGHT_PROGRAM) != 0u || (light.type == LIGHT_AREA && light.tan_spread <= 0.0f);
+}
+
+// Metres along a ray that meets the light.
+FN float light_distance(IN(Light) light, vec3 origin, vec3 direction) {
+  if (light.type == LIGHT_SUN) return INFINITE_DISTANCE;
+  if (light.type == LIGHT_AREA) {
+    return safe_divide(dot(light.axis, light.position - origin), dot(light.axis, direction));
+  }
+  float d;
+  const vec3 axis = safe_normalize(light.position - origin, d);
+  return point_light_distance(light, d, dot(axis, direction));
 }
 
 // Does the ray meet the light nearer than t_max? If so: radiance seen, and the pdf with which light_sample would have
@@ -111,6 +121,9 @@ FN bool light_intersect(IN(Light) light, vec3 origin, vec3 direction, float t_ma
   radiance = light.radiance;
   pdf = 0.0f;
   if (light.radius <= 0.0f) return false;
+  if (FEATURE(FEATURE_AREA_LIGHTS) && light.type == LIGHT_AREA) {
+    return area_light_intersect(light, origin, direction, t_max, radiance, pdf);
+  }
   if (light.type == LIGHT_SUN) {
     pdf = 1.0f / (2.0f * PI * light.radius);
     // |difference|^2 = 2 (1 - cos), without the cancellation of 1 - dot.

@@ -34,6 +34,7 @@ const uint FEATURE_WHITTED = 32768u;       // the integrator is Whitted
 const uint FEATURE_TOON = 65536u;          // the integrator is Toon
 const uint FEATURE_LOBES = 131072u;        // a material has lobes that bsdf.h lacks; implies FEATURE_SPECULAR
 const uint FEATURE_WORLD_LIGHT = 262144u;  // the world varies, and is sampled as a light; implies FEATURE_PROGRAMS
+const uint FEATURE_AREA_LIGHTS = 524288u;  // a lamp is a rectangle or an ellipse; implies FEATURE_SOFT_LIGHTS
 
 // ---- Ray visibility, as Blender's visible_* flags; also Embree's ray masks.
 const uint VISIBLE_CAMERA = 1u;
@@ -58,24 +59,28 @@ const uint INVALID_ID = 0xffffffffu;
 const uint LIGHT_POINT = 0u;
 const uint LIGHT_SUN = 1u;
 const uint LIGHT_SPOT = 2u;
+const uint LIGHT_AREA = 3u;
 
 const uint LIGHT_SOFT_FALLOFF = 1u;  // a disk that faces the shading point; else a sphere
 const uint LIGHT_CAST_SHADOW = 2u;
-const uint LIGHT_VISIBLE = 4u;  // rays can meet it; light sampling then shares the work with bounces
+const uint LIGHT_VISIBLE = 4u;  // bounces can meet it; light sampling then shares the work with them
+const uint LIGHT_SEEN = 8u;     // the camera's rays can meet it
 // Where passes show lamps one by one, `group` of a lamp holds its pass, counted from 1, above this bit. A light group
 // fills the bits below, all of them set for none.
 const uint LAMP_PASS_SHIFT = 16u;
 const uint LIGHT_SHAPED = 16u;  // its LightShape says how it falls off and ends
+const uint LIGHT_ELLIPSE = 32u;  // an area light that is round
+const uint LIGHT_PROGRAM = 64u;  // its shader varies: a LightProgram says how
 
 // One lamp. World space; radiometric quantities in the scene's linear colour space.
 struct Light {
-  vec3 position;      // point, spot: metres
-  float radius;       // point, spot: metres, 0 = delta
+  vec3 position;      // point, spot, area: metres
+  float radius;       // point, spot: metres, 0 = delta; area: of the circle about it
   vec3 axis;          // unit, from the light into the scene (local -Z); sun: the direction of travel
   float cos_spot;     // cos(spot_size / 2)
   vec3 radiance;      // size above 0: emitted radiance; delta: intensity (W/sr) or, sun, irradiance (W/m2)
   float spot_scale;   // 1 / ((1 - cos_spot) * blend); large for a hard edge
-  vec3 local_x;       // rows of the world-to-local rotation, for spots that are sheared or scaled
+  vec3 local_x;       // rows of the world-to-local rotation, for spots that are sheared or scaled; area: unit
   float cos_sun;      // sun: cos(angle / 2)
   vec3 local_y;
   uint type;          // LIGHT_*
@@ -85,6 +90,10 @@ struct Light {
   int group;          // light group, -1 = none; see LAMP_PASS_SHIFT
   uint max_bounces;   // last bounce that this light lights
   uint name_index;    // position in the exporter's list, for messages
+  float half_u;       // area: half the width along local_x, metres
+  float half_v;       // along local_y
+  float tan_spread;   // area: tangent of half the angle within which it shines, 0: a beam
+  float spread_scale; // 1 / (tan(h) - h) of that half angle h: the power stays the same
 };
 
 const uint FALLOFF_PHYSICAL = 0u;
@@ -346,6 +355,20 @@ struct ObjectSpace {
   uint unused;
 };
 
+// The shader of a lamp that varies: a factor of its radiance.
+struct LightProgram {
+  ProgramPart emission;
+  uint constants;
+  float mean;  // luminance of the factor on average, to choose lamps by
+  float uv_scale;  // spot: half the cotangent of half its angle; sun: 1 / (2 sin(angle / 4)), 0 without an angle
+  uint unused;
+  ObjectSpace space;
+  vec3 x_axis;  // object-to-world, by columns
+  vec3 y_axis;
+  vec3 z_axis;
+  uint unused2;
+};
+
 // What the Object Info node tells of an instance.
 struct InstanceInfo {
   vec3 location;
@@ -358,6 +381,7 @@ BUFFER_REF(Texture, TextureBuffer)
 BUFFER_REF(MeshTextures, MeshTexturesBuffer)
 BUFFER_REF(ObjectSpace, ObjectSpaceBuffer)
 BUFFER_REF(InstanceInfo, InstanceInfoBuffer)
+BUFFER_REF(LightProgram, LightProgramBuffer)
 
 // The whole scene, as a kernel sees it.
 RECORD(SceneData) {
@@ -380,6 +404,7 @@ RECORD(SceneData) {
   float emitter_norm;  // 1 / sum of area x luminance over the emitters
   int world_group;
   LightShapeBuffer light_shapes;  // one for each lamp; null where no lamp is LIGHT_SHAPED
+  LightProgramBuffer light_programs;  // one for each lamp; null where no lamp is a LIGHT_PROGRAM
   TextureBuffer textures;
   MaterialProgramBuffer programs;  // [materials]
   UintBuffer program_code;
@@ -411,14 +436,16 @@ RECORD(SceneData) {
   float world_sun_share;  // of the samples, that go to it and not by the table
   uint world_sampled;  // VISIBLE_*: what lobes' light is drawn by the table; others see another world, or none
   uint world_max_bounces;  // last bounce that it lights
+  float sharp_roughness;  // Principled: from here on bounces leave lamps to light sampling
+  uint unused;
 };
 
 #ifdef __cplusplus
-static_assert(sizeof(Light) == 112 && sizeof(Material) == 64 && sizeof(Mesh) == 56 && sizeof(Instance) == 112 &&
+static_assert(sizeof(Light) == 128 && sizeof(Material) == 64 && sizeof(Mesh) == 56 && sizeof(Instance) == 112 &&
               sizeof(Emitter) == 88 && sizeof(LightShape) == 32 && sizeof(MaterialModel) == 160 &&
-              sizeof(ClassicMaterial) == 64 && sizeof(SceneData) == 384);
+              sizeof(ClassicMaterial) == 64 && sizeof(SceneData) == 400);
 static_assert(sizeof(Texture) == 32 && sizeof(MeshTextures) == 128 && sizeof(ObjectSpace) == 64 &&
-              sizeof(InstanceInfo) == 32);
+              sizeof(InstanceInfo) == 32 && sizeof(LightProgram) == 136);
 }  // namespace cotorra
 #endif
 

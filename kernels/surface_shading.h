@@ -180,7 +180,7 @@ FN void surface_take(IN(SceneData) scene, IN(MaterialProgram) program, IN(Shader
     material_leave_out_caustics(scene, at.ray_kind, shading.material);
     // Of other models the scene's flag holds, which is set where any texel could be sharp.
     const bool principled = (shading.material.flags & MATERIAL_MODEL) == 0u;
-    if (principled && shading.material.roughness >= SHARP_ROUGHNESS) shading.material.flags &= ~MATERIAL_SHARP;
+    if (principled && shading.material.roughness >= scene.sharp_roughness) shading.material.flags &= ~MATERIAL_SHARP;
     if (principled && lobes) {
       PrincipledInputs inputs;
       pick_principled_inputs(scene, pick, at, shading.material, s.n, inputs PROGRAM_SAME_MEMORY);

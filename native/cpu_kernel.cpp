@@ -217,7 +217,7 @@ class Renderer {
     }
     const Light &light = scene_.lights.v[index];
     const uint scattering = VISIBLE_SCATTERED | (wants(FEATURE_LOBES) ? VISIBLE_TRANSMISSION : 0u);
-    if ((light.visibility & scattering) != scattering) {  // rare: lobe by lobe
+    if ((light.visibility & scattering) != scattering || light_asks_lanes(light)) {  // rare: one by one
       for (std::size_t i = 0; i < static_cast<std::size_t>(lanes); ++i)
         sample_lane(index, i, vec2(b_.u2[i], b_.v2[i]), 1.0f, bounce);
       return;

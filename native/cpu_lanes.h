@@ -213,18 +213,29 @@ COTORRA_APART void sample_lamp_singly(const SceneData &scene, const Light &light
   }
 }
 
+template <uint kType>
+void sample_one(const Light &light, vec3 p, vec3 n, vec2 u, LightSample &l) {
+  if constexpr (kType == LIGHT_AREA) {
+    area_light_sample_spread(light, p, u, l);
+  } else {
+    light_sample(light, p, n, u, l);
+  }
+}
+
 // One sample of a lamp for each lane. What distinguishes the kinds of lamps is constant in each instance, since a loop
 // with conditions that do not change in it would not vectorise.
+// kDisk: a disk that faces the point, of an area light an ellipse.
 template <uint kType, bool kDisk>
 COTORRA_FLATTEN void sample_lamp(const SceneData &scene, const Light &lamp, const ShadingLanes &in, const float *u,
                                  const float *v, int n, LightLanes &out) {
   Light light = lamp;
   light.type = kType;
-  light.flags = kDisk ? lamp.flags | LIGHT_SOFT_FALLOFF : lamp.flags & ~LIGHT_SOFT_FALLOFF;
+  constexpr uint disk = kType == LIGHT_AREA ? LIGHT_ELLIPSE : LIGHT_SOFT_FALLOFF;
+  light.flags = kDisk ? lamp.flags | disk : lamp.flags & ~disk;
   light.visibility = VISIBLE_ALL;
   for (std::size_t i = 0; i < static_cast<std::size_t>(n); ++i) {
     LightSample l;
-    light_sample(light, in.p.get(i), in.n.get(i), vec2(u[i], v[i]), l);
+    sample_one<kType>(light, in.p.get(i), in.n.get(i), vec2(u[i], v[i]), l);
     out.contribution.set(i, light_contribution(light, l, in.principled(i), in.wo.get(i), in.throughput.get(i), 1.0f));
     const vec3 ng = in.ng.get(i);
     out.origin.set(i, surface_ray_origin(in.p.get(i), ng, in.epsilon[i], l.wi));
@@ -290,6 +301,10 @@ using SampleLamp = void (*)(const SceneData &, const Light &, const ShadingLanes
 SampleLamp sample_lamp_of(const Light &lamp) {
   const bool disk = (lamp.flags & LIGHT_SOFT_FALLOFF) != 0;
   if (lamp.type == LIGHT_SUN) return sample_lamp<LIGHT_SUN, false>;
+  if constexpr (FEATURE(FEATURE_AREA_LIGHTS)) {
+    const bool round = (lamp.flags & LIGHT_ELLIPSE) != 0;
+    if (lamp.type == LIGHT_AREA) return round ? sample_lamp<LIGHT_AREA, true> : sample_lamp<LIGHT_AREA, false>;
+  }
   if (lamp.type == LIGHT_SPOT) return disk ? sample_lamp<LIGHT_SPOT, true> : sample_lamp<LIGHT_SPOT, false>;
   return disk ? sample_lamp<LIGHT_POINT, true> : sample_lamp<LIGHT_POINT, false>;
 }

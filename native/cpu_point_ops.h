@@ -156,6 +156,10 @@ struct Curves {
   }
 };
 
+COTORRA_LOOP void measured_light(const SceneData &scene, Columns a, int n, Results out) {
+  COTORRA_EACH out[0][i] = op_ies_f(scene, column_vector(a, 0, i), a[3][i], a[4][i], a[5][i]);
+}
+
 // ---- Images
 
 // Points whose texels are asked for before the first of them is read: what a point waits for is memory.
@@ -308,6 +312,9 @@ bool run_table(const SceneData &scene, uint op, uint mode, Columns a, int n, Res
     case OP_RGB_CURVE_V:
     case OP_VECTOR_CURVE_V:
       return run_mode<Curves, 2>(mode & TABLE_FLAG, std::cref(scene), a, n, out);
+    case OP_IES_F:
+      measured_light(scene, a, n, out);
+      return true;
     case OP_IMAGE_V:
     case OP_IMAGE_F:
       return run_image(scene, mode, op == OP_IMAGE_F, a, n, out);

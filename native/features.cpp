@@ -39,6 +39,7 @@ constexpr Feature kFeatures[] = {
     {FEATURE_LOBES, "lobes", "no material in use has coat, sheen, glass or the like"},
     {FEATURE_WORLD_LIGHT, "world as a light",
      "the world is nearly the same in all directions, or bounces alone find it"},
+    {FEATURE_AREA_LIGHTS, "area lights", "no lamp is a rectangle or an ellipse"},
 };
 
 }  // namespace

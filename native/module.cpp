@@ -112,6 +112,9 @@ SceneInput read_scene(nb::handle buffers, std::vector<nb::object> &keep) {
   in.lights.outer_angle = view<float, float>(lights, "outer_angle", keep);
   in.lights.pass_index = view<int, std::int32_t>(lights, "pass_index", keep);
   in.lights.shader = view<int, std::int32_t>(lights, "shader", keep);
+  in.lights.size_y = view<float, float>(lights, "size_y", keep);
+  in.lights.spread = view<float, float>(lights, "spread", keep);
+  in.lights.ellipse = view<uint, std::uint32_t>(lights, "ellipse", keep);
 
   const nb::object world = nb::getattr(buffers, "world");
   const auto color = nb::cast<std::array<float, 3>>(nb::getattr(world, "color"));
@@ -288,12 +291,6 @@ nb::dict material_constants(const SceneHandle &handle, std::size_t material) {
   return d;
 }
 
-nb::list varying_lights(const SceneHandle &handle) {
-  nb::list lights;
-  for (const std::size_t light : handle.scene->varying_lights()) lights.append(light);
-  return lights;
-}
-
 nb::dict session_stats(const Session &session) {
   const SessionStats s = session.stats();
   nb::dict rays;
@@ -435,8 +432,6 @@ NB_MODULE(cotorra_native, m) {
       .def("constants", &material_constants, "material"_a,
            "What a material is made of, as a dict by the names of Principled's inputs; what varies has no entry.\n"
            "Raises IndexError.")
-      .def("varying_lights", &varying_lights,
-           "Indices of lamps whose shader is no constant: they are left out, since light may not vary yet.")
       .def(
           "explain",
           [](const SceneHandle &handle, std::size_t shader) { return explain_shader(*handle.scene, shader); },

@@ -131,9 +131,13 @@ class Compiler {
       return;
     }
     const bool ramp = op.number == OP_RAMP_V || op.number == OP_RAMP_ALPHA;
-    if (!known || (ramp && !graph_.is_constant(arguments[2]))) refuse("a table whose place is no constant");
+    const bool ies = op.number == OP_IES_F;
+    const bool sized = (!ramp && !ies) || graph_.is_constant(arguments[2]);
+    if (!known || !sized || (ies && !graph_.is_constant(arguments[3]))) refuse("a table whose place is no constant");
     double size = op.number == OP_CURVE_F ? CURVE_ENTRIES : 3.0 * CURVE_ENTRIES;
     if (ramp) size = 4.0 * number(2);
+    if (ies)
+      size = number(2) < 2.0 || number(3) < 2.0 ? 0.0 : number(2) + number(3) + (number(2) + 2.0) * (number(3) + 2.0);
     const bool inside = number(1) >= 0.0 && size >= 1.0 && number(1) + size <= static_cast<double>(in_.tables.size());
     if (!inside) refuse("beyond its tables");
   }

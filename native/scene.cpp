@@ -95,6 +95,9 @@ Light light_from_blender(const LightsInput &in, std::size_t i) {
     light.cos_sun = static_cast<float>(std::cos(half));
     const float sin_half = static_cast<float>(std::sin(half));
     scale = size > 0.0f && normalize ? 1.0f / (pi * sin_half * sin_half) : 1.0f;
+  } else if (light.type == LIGHT_AREA) {
+    const double area = shape_area_light(in, i, light);
+    scale = static_cast<float>(1.0 / (std::numbers::pi * (normalize ? area : 1.0)));
   } else {
     light.radius = size;
     scale = normalize ? 1.0f / (size > 0.0f ? 4.0f * pi * pi * size * size : 4.0f * pi) : 1.0f / pi;
@@ -104,7 +107,12 @@ Light light_from_blender(const LightsInput &in, std::size_t i) {
     light.spot_scale = static_cast<float>(1.0 / std::max(ramp, 1e-9));  // no blend: a step, not a division by zero
   }
   light.radiance = in.strength[i] * scale;
-  if (in.use_mis[i] != 0 && light.radius > 0.0f) light.flags |= LIGHT_VISIBLE;
+  // A sun that bounces do not meet is not seen by the camera either, nor is a beam.
+  const bool beam = light.type == LIGHT_AREA && light.tan_spread <= 0.0f;
+  if (light.radius > 0.0f && !beam) {
+    if (in.use_mis[i] != 0) light.flags |= LIGHT_VISIBLE;
+    if (in.use_mis[i] != 0 || light.type != LIGHT_SUN) light.flags |= LIGHT_SEEN;
+  }
   return light;
 }
 
@@ -128,6 +136,7 @@ void Scene::prepare(SceneInput &input) {
 
   data_.lights = {lights_.data()};
   data_.light_shapes = {light_shapes_.data()};
+  data_.light_programs = {light_programs_.data()};
   data_.materials = {materials_.data()};
   data_.material_slots = {material_slots_.data()};
   data_.meshes = {meshes_.data()};
@@ -138,6 +147,7 @@ void Scene::prepare(SceneInput &input) {
   data_.material_count = static_cast<uint>(materials_.size());
   estimate_emission(input.materials);
   prepare_world(input);
+  estimate_lights();
   prepare_emitters();
   prepare_features();
   stats_.bytes = instances_.size() * sizeof(Instance) + materials_.size() * sizeof(Material) +
@@ -192,7 +202,7 @@ void Scene::validate(const SceneInput &in) const {
     if (!m.slots.empty()) require_size(m.slots, m.triangles.size(), (name + "slots").c_str());
   }
   const std::size_t lights = in.lights.type.size();
-  require_below(in.lights.type, 3, "lights.type");
+  require_below(in.lights.type, 4, "lights.type");
   require_size(in.lights.strength, lights, "lights.strength");
   require_size(in.lights.transform, lights * 12, "lights.transform");
   require_size(in.lights.size, lights, "lights.size");
@@ -207,15 +217,17 @@ void Scene::validate(const SceneInput &in) const {
   require_size(in.lights.light_group, lights, "lights.light_group");
   if (!in.lights.shader.empty()) require_size(in.lights.shader, lights, "lights.shader");
   validate_light_shapes(in.lights);
+  validate_area_lights(in.lights);
   validate_shaders(in);
 }
 
 void Scene::prepare_lights(const LightsInput &in) {
   bool any = false;
+  bool programs = false;
   for (std::size_t i = 0; i < in.type.size(); ++i) {
     bool varies = false;
-    const vec3 emission = in.shader.empty() ? vec3(1.0f) : emission_of(in.shader[i], varies);
-    if (varies) varying_lights_.push_back(i);
+    vec3 emission = in.shader.empty() ? vec3(1.0f) : emission_of(in.shader[i], varies);
+    if (varies) emission = vec3(1.0f);
     if (emission.x == 0.0f && emission.y == 0.0f && emission.z == 0.0f) continue;  // its shader turns it off
     Light light = light_from_blender(in, i);
     light.radiance *= emission;
@@ -224,8 +236,12 @@ void Scene::prepare_lights(const LightsInput &in) {
       light_shapes_.push_back(shape_light(in, i, light));
       any |= (light.flags & LIGHT_SHAPED) != 0;
     }
+    light_programs_.push_back(varies ? program_light(in, i, light) : LightProgram{});
+    programs |= varies;
     lights_.push_back(light);
   }
+  if (programs) features_ |= FEATURE_PROGRAMS;
+  if (!programs) light_programs_.clear();
   if (!in.pass_index.empty()) features_ |= FEATURE_TERMS;
   if (!any) light_shapes_.clear();
 }
@@ -394,14 +410,18 @@ void Scene::prepare_emitters() {
 
 void Scene::prepare_features() {
   bool soft = false;
+  bool area = false;
   bool one_kind = false;
   for (const Light &light : lights_) {
     soft |= light.radius > 0.0f;
-    camera_meets_lights_ |= (light.flags & LIGHT_VISIBLE) != 0 && (light.visibility & VISIBLE_CAMERA) != 0;
+    area |= light.type == LIGHT_AREA;
+    camera_meets_lights_ |= (light.flags & LIGHT_SEEN) != 0 && (light.visibility & VISIBLE_CAMERA) != 0;
     bounces_meet_lights_ |=
         (light.flags & LIGHT_VISIBLE) != 0 && (light.visibility & (kScattered | VISIBLE_TRANSMISSION)) != 0;
     one_kind |= (light.flags & LIGHT_VISIBLE) != 0 && seen_by_one_kind(light.visibility);
   }
+  // From near by, an area light looks wider than any highlight.
+  data_.sharp_roughness = area ? 1e30f : kSharpRoughness;
   bool specular = false;
   bool sharp = false;
   bool emissive = false;
@@ -417,7 +437,8 @@ void Scene::prepare_features() {
   }
   for (std::size_t k = 0; k < materials_.size(); ++k) {
     if (!used[k]) continue;
-    const Material &m = materials_[k];
+    Material &m = materials_[k];
+    if (area && (m.flags & MATERIAL_SPECULAR) != 0) m.flags |= MATERIAL_SHARP;
     specular |= (m.flags & MATERIAL_SPECULAR) != 0;
     sharp |= (m.flags & MATERIAL_SHARP) != 0;
     emissive |= (m.flags & MATERIAL_EMISSIVE) != 0;
@@ -432,6 +453,7 @@ void Scene::prepare_features() {
   }
   const bool world = max(max(data_.world.x, data_.world.y), data_.world.z) > 0.0f || data_.world_program.end != 0;
   if (soft) features_ |= FEATURE_SOFT_LIGHTS;
+  if (area) features_ |= FEATURE_AREA_LIGHTS;
   if (!light_shapes_.empty()) features_ |= FEATURE_LIGHT_SHAPES;
   if (models) features_ |= FEATURE_MODELS;
   if (specular || models || lobes) features_ |= FEATURE_SPECULAR;

@@ -83,6 +83,10 @@ struct LightsInput {
   std::span<const float> outer_angle{};
   std::span<const int> pass_index{};  // the pass that shows the lamp alone, -1 = none
   std::span<const int> shader{};      // whose emission is a factor of `strength`, -1 = none
+  // Empty where no lamp is an area light, whose width is `size`.
+  std::span<const float> size_y{};
+  std::span<const float> spread{};  // radians, of the whole cone
+  std::span<const uint> ellipse{};
 };
 
 struct SceneInput {
@@ -123,11 +127,14 @@ struct MeshLengths {
 // Radiometry and geometry of one lamp from Blender's units (see blender-facts in the project's notes, measured on
 // Cycles).
 Light light_from_blender(const LightsInput &lights, std::size_t index);
+// Axes, widths and spread of an area light, and the area that it has; takes its circle for `radius`.
+double shape_area_light(const LightsInput &lights, std::size_t index, Light &light);
 // How the lamp falls off and ends; marks `light` with LIGHT_SHAPED where that is not Blender's way.
 LightShape shape_light(const LightsInput &lights, std::size_t index, Light &light);
 // Packs the pass that shows the lamp alone into the lamp's group.
 void set_lamp_pass(int pass, Light &light);
 void validate_light_shapes(const LightsInput &lights);
+void validate_area_lights(const LightsInput &lights);
 
 // What Embree holds, and the most that it asked for.
 struct BvhMemory {
@@ -181,9 +188,8 @@ class Scene {
   const CompiledShader &shader(std::size_t index) const { return compiled_.at(index); }
   // What a material is made of, where that is constant. Throws std::out_of_range.
   const CompiledShader &compiled(std::size_t material) const;
-  // Lamps whose emission varies, which cannot be rendered yet: they are black.
-  std::span<const std::size_t> varying_lights() const { return varying_lights_; }
   std::span<const float> world_table() const { return world_table_.cumulated; }
+  std::span<const LightProgram> light_programs() const { return light_programs_; }
   static std::span<const float> albedo();
 
   // Instance that an Embree hit belongs to is first_instances()[top-level geometry] + its place in an instance array.
@@ -206,6 +212,9 @@ class Scene {
   void note_frame(std::size_t mesh, const Instance &instance);  // of a mesh that is moved to world space
   void prepare_lights(const LightsInput &input);
   void prepare_world(const SceneInput &input);        // after the programs and images
+  LightProgram program_light(const LightsInput &input, std::size_t index, Light &light) const;
+  // How bright lamps are whose emission varies, where all else of the scene is known.
+  void estimate_lights();
   void prepare_instances(const SceneInput &input);
   void prepare_meshes(SceneInput &input);
   void prepare_emitters();
@@ -241,11 +250,11 @@ class Scene {
   std::vector<MaterialProgram> material_programs_;  // by material; empty where none varies
   ProgramNeeds surface_needs_, emission_needs_, transparency_needs_;
   std::vector<int> material_shaders_;               // by material, -1: the default grey
-  std::vector<std::size_t> varying_lights_;         // as the exporter counts them
   bool asks_spaces_ = false, asks_meshes_ = false;
   std::vector<uint> material_slots_;
   std::vector<Light> lights_;
   std::vector<LightShape> light_shapes_;  // empty where no lamp is LIGHT_SHAPED
+  std::vector<LightProgram> light_programs_;  // empty where no lamp is a LIGHT_PROGRAM
   std::vector<Emitter> emitters_;
   WorldTable world_table_;
   SceneData data_{};

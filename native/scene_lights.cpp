@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Derives how lamps fall off and end at the edge of their cone, where that is not Blender's way
-// (kernels/light_shape.h), and marks lamps that a pass shows alone. Blender's own lamps are scene.cpp's.
+// (kernels/light_shape.h), the shapes of area lights, and marks lamps that a pass shows alone. The strength of lamps is
+// scene.cpp's.
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <string>
@@ -10,6 +12,7 @@
 namespace cotorra {
 namespace {
 
+constexpr float kWidest = 1e15f;  // metres; the square is a number
 constexpr float kHard = 1e30f;  // scale of a ramp without a width: a step, and still a number
 
 void require_choice(uint value, uint count, const char *name, std::size_t index) {
@@ -65,6 +68,49 @@ void validate_light_shapes(const LightsInput &in) {
   }
 }
 
+void validate_area_lights(const LightsInput &in) {
+  const std::size_t n = in.type.size();
+  const bool any = std::find(in.type.begin(), in.type.end(), LIGHT_AREA) != in.type.end();
+  if (!any && in.size_y.empty() && in.spread.empty() && in.ellipse.empty()) return;
+  if (in.size_y.size() != n || in.spread.size() != n || in.ellipse.size() != n) {
+    throw std::invalid_argument("lights.size_y, spread and ellipse must have " + std::to_string(n) + " entries each");
+  }
+  for (std::size_t i = 0; i < n; ++i) {
+    if (in.type[i] != LIGHT_AREA) continue;
+    require_not_negative(in.size[i], "size", i);
+    require_not_negative(in.size_y[i], "size_y", i);
+    require_not_negative(in.spread[i], "spread", i);
+  }
+}
+
+double shape_area_light(const LightsInput &in, std::size_t i, Light &light) {
+  const float *m = in.transform.data() + 12 * i;
+  const vec3 x(m[0], m[4], m[8]), y(m[1], m[5], m[9]);
+  // 1. Axes in its plane. A sheared light has the widths of its axes, square to each other.
+  light.local_z = -light.axis;
+  light.local_x = normalize(x - light.axis * dot(light.axis, x));
+  light.local_y = cross(light.local_z, light.local_x);
+  if (dot(light.local_y, y) < 0.0f) light.local_y = light.local_y * -1.0f;
+  light.half_u = std::min(0.5f * in.size[i] * length(x), kWidest);
+  light.half_v = std::min(0.5f * in.size_y[i] * length(y), kWidest);
+  light.radius = std::hypot(light.half_u, light.half_v);
+  if (in.ellipse[i] != 0) light.flags |= LIGHT_ELLIPSE;
+  light.flags &= ~LIGHT_SOFT_FALLOFF;
+  // 2. The spread: the integral of cos(x) (1 - tan(x) / tan(h)) over angles x up to h is (tan(h) - h) / tan(h).
+  const double h = 0.5 * std::min(static_cast<double>(in.spread[i]), std::numbers::pi);
+  const double open = 0.5 * std::numbers::pi - h;
+  if (open < 1e-6) {  // all of the half space: 1 at every angle
+    light.tan_spread = 1e18f;
+    light.spread_scale = 1e-18f;
+  } else {
+    light.tan_spread = static_cast<float>(std::tan(h));
+    const double rest = h > 1e-3 ? std::tan(h) - h : h * h * h / 3.0;
+    light.spread_scale = h > 0.0 ? static_cast<float>(1.0 / std::max(rest, 1e-30)) : 0.0f;
+  }
+  const double area = 4.0 * static_cast<double>(light.half_u) * static_cast<double>(light.half_v);
+  return std::max(in.ellipse[i] != 0 ? 0.25 * std::numbers::pi * area : area, 1e-30);
+}
+
 // The world's light, and the table by which it is sampled.
 void Scene::prepare_world(const SceneInput &in) {
   bool varies = false;
@@ -98,7 +144,7 @@ void Scene::prepare_world(const SceneInput &in) {
 
 LightShape shape_light(const LightsInput &in, std::size_t i, Light &light) {
   LightShape shape{};
-  if (light.type == LIGHT_SUN) return shape;  // it has neither a distance nor a cone
+  if (light.type == LIGHT_SUN || light.type == LIGHT_AREA) return shape;  // no distance or no centre, and no cone
   shape.falloff = in.falloff[i];
   shape.edge = light.type == LIGHT_SPOT ? in.spot_edge[i] : SPOT_EDGE_BLENDER;
   if (shape.falloff == FALLOFF_PHYSICAL && shape.edge == SPOT_EDGE_BLENDER) return shape;

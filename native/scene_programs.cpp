@@ -190,6 +190,53 @@ static ObjectSpace space_of(const float *transform) {
   return {rows[0], rows[1], rows[2], vec3(transform[3], transform[7], transform[11]), 0};
 }
 
+LightProgram Scene::program_light(const LightsInput &in, std::size_t i, Light &light) const {
+  const float *m = in.transform.data() + 12 * i;
+  const CompiledShader &shader = compiled_[static_cast<std::size_t>(in.shader[i])];
+  LightProgram program{};
+  program.emission = shader.program.emission;
+  program.constants = shader.program.constants;
+  program.space = space_of(m);
+  program.x_axis = {m[0], m[4], m[8]};
+  program.y_axis = {m[1], m[5], m[9]};
+  program.z_axis = {m[2], m[6], m[10]};
+  const double angle = static_cast<double>(light.type == LIGHT_SUN ? in.size[i] : in.spot_size[i]);
+  if (light.type == LIGHT_SPOT) program.uv_scale = static_cast<float>(0.5 / std::max(std::tan(0.5 * angle), 1e-6));
+  if (light.type == LIGHT_SUN && angle > 0.0) program.uv_scale = static_cast<float>(0.5 / std::sin(0.25 * angle));
+  light.flags |= LIGHT_PROGRAM;
+  return program;
+}
+
+void Scene::estimate_lights() {
+  constexpr uint kPoints = 256;  // of each lamp
+  for (uint i = 0; i < light_programs_.size(); ++i) {
+    const Light &light = lights_[i];
+    LightProgram &program = light_programs_[i];
+    if ((light.flags & LIGHT_PROGRAM) == 0) continue;
+    double sum = 0.0;
+    for (uint k = 0; k < kPoints; ++k) {
+      // From a place in front of it, or anywhere about a point light, a few of its own sizes away.
+      const vec2 u = sampler_pair(k, 0x1a3bu);
+      const float h =
+          light.type == LIGHT_POINT ? 2.0f : (light.type == LIGHT_SPOT ? 1.0f - max(light.cos_spot, 0.0f) : 1.0f);
+      const vec3 local = cone_from_square(u, h);
+      vec3 t, b;
+      orthonormal_basis(light.axis, t, b);
+      const vec3 way = to_world(local, t, b, light.axis);
+      const vec3 p = light.position + way * (1.0f + 4.0f * light.radius);
+      LightSample l;
+      light_sample(light, p, -way, sampler_pair(k, 0x77e1u), l);
+      ShaderPoint at = light_point(i, light, program, p, l.wi, l.distance);
+      at.ray_kind = 0;
+      at.bounce = 1;
+      const vec3 value = light_numbers(program_value(data_, at, program.emission, program.constants));
+      sum += static_cast<double>(luminance(abs(value)));
+    }
+    // It may shine where nobody looked: it is never left out.
+    program.mean = static_cast<float>(std::clamp(sum / kPoints, 1e-3, 1e15));
+  }
+}
+
 void Scene::prepare_object_spaces(const SceneInput &in, std::span<const uint> order) {
   if (!asks_spaces_) return;
   for (const uint i : order) textures_.spaces.push_back(space_of(in.instances.transform.data() + std::size_t{12} * i));

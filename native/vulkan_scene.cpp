@@ -76,6 +76,7 @@ void upload_textures(const Scene &scene, Uploader &uploader, SceneData &data) {
   data.mesh_textures.v = uploader.put(std::span<const MeshTextures>(meshes), "meshes");
   data.object_spaces.v = uploader.put(std::span(source.spaces), "instances");
   data.instance_attributes.v = uploader.put(std::span(source.instance_attributes), "attributes");
+  data.light_programs.v = uploader.put(scene.light_programs(), "lights");
   data.instance_infos.v = uploader.put(std::span(source.infos), "instances");
   data.world_table.v = uploader.put(scene.world_table(), "the world");
 }

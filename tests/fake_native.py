@@ -68,9 +68,6 @@ class Scene:
     def stats(self):
         return {'build_seconds': build_seconds, 'memory_bytes': bytes, 'triangles': 0}
 
-    def varying_lights(self):
-        return []
-
 
 class Session:
     def __init__(self, scene, camera, settings):

@@ -6,17 +6,117 @@ What Blender's own lamps need stands in kernel_cases.py.
 
 from __future__ import annotations
 
-from kernel_cases import DIRECTION, LIGHT, NORMAL, POINT, POSITIVE, ROUNDING, SQUARE
+from kernel_cases import DIRECTION, LIGHT, NORMAL, POINT, POSITIVE, ROUNDING, SIGNED, SQUARE, SURFACE
 from kernel_cases_models import SLOPES
-from kernel_cases_path import MATERIAL
-from kernel_inputs import LIGHTS, choices, integers, light_shapes, magnitudes, uniform
+from kernel_cases_path import MATERIAL, PATH
+from kernel_cases_program import LIBRARY
+from kernel_inputs import (
+    LIGHTS,
+    area_lights,
+    choices,
+    directions,
+    integers,
+    light_shapes,
+    magnitudes,
+    points,
+    uniform,
+)
+from kernel_inputs_programs import GROUPS
 from kernel_parity import Case, Tolerance
 
+AREA = ('Light', area_lights)
+LAMP = ('uint', integers(LIGHTS))
+# Cuts of a rectangle are differences of sines, which a lamp that shows edge on enlarges; others keep all digits.
+CUTS = Tolerance(4096, 'a lamp seen edge on is cut by differences of sines', absolute=2e-4, typical=64)
 SHAPE = ('LightShape', light_shapes)
 # A ramp's slope enlarges the rounding of where on it a direction lies: by up to 1e3 in these inputs.
 RAMP = Tolerance(16, 'Vulkan may take 1 / sqrt for normalize, and a steep ramp enlarges it', absolute=2e-4)
 
+AREAS = [
+    Case(
+        'area_views',
+        'AreaView v; area_light_view(light, p, v); angle = angle_of_point(x, abs(y));'
+        'a = vec3(v.a0, v.a1, v.b0); b = vec3(v.b1, v.nearest2, v.height); foot = vec2(v.x, v.y);'
+        'empty = select(area_view_empty(v), 1u, 0u); solid = 0.0f;'
+        'if (empty == 0u) solid = area_view_solid_angle(v);'
+        'spread = area_light_spread(light, abs(x)); importance = area_light_importance(light, p);',
+        {'light': AREA, 'p': POINT, 'x': SIGNED, 'y': SIGNED},
+        {'a': 'vec3', 'b': 'vec3', 'foot': 'vec2', 'empty': 'uint', 'solid': 'float', 'spread': 'float'}
+        | {'importance': 'float', 'angle': 'float'},
+        ROUNDING,
+        dict.fromkeys(('solid', 'importance'), CUTS),
+    ),
+    Case(
+        'area_samples',
+        # Toward the light, or it would be edge on or behind more often than in scenes.
+        'const vec3 p = light.position + light.axis * far + aside; AreaView v; area_light_view(light, p, v);'
+        'technique = area_view_technique(light, v); pdf = area_view_pdf(light, v, far);'
+        'q = area_view_spherical(v, area_view_solid_angle(v), u); area_light_sample(light, p, u, drawn);'
+        'area_light_sample_spread(light, p, u, spread); area_light_beam(light, p, beam);'
+        'covers = select(area_light_covers(light, aside.x, aside.y), 1u, 0u);'
+        'rounds = select(area_light_rounds(light, aside.x, aside.y), 1u, 0u);'
+        'if (technique != AREA_SPHERICAL) q = vec2(0.0f, 0.0f);',
+        {'light': AREA, 'far': ('float', magnitudes(0.2, 20.0)), 'aside': ('vec3', points(0.1)), 'u': SQUARE},
+        {'technique': 'uint', 'pdf': 'float', 'q': 'vec2', 'drawn': 'LightSample', 'spread': 'LightSample'}
+        | {'beam': 'LightSample', 'covers': 'uint', 'rounds': 'uint'},
+        CUTS,
+    ),
+    Case(
+        'area_intersections',
+        'float len; vec3 d = safe_normalize(light.position - p + lean, len);'
+        'hit = select(area_light_intersect(light, p, d, t_max, radiance, pdf), 1u, 0u);'
+        'if (hit == 0u) { radiance = vec3(0.0f); pdf = 0.0f; }'
+        'far = light_distance(light, p, d); asks = select(light_asks_lanes(light), 1u, 0u);',
+        {'light': AREA, 'p': POINT, 'lean': ('vec3', points(0.05)), 't_max': ('float', choices(1.0, 5.0, 1e30))},
+        {'hit': 'uint', 'radiance': 'vec3', 'pdf': 'float', 'far': 'float', 'asks': 'uint'},
+        CUTS,
+    ),
+]
+
+PROGRAMS = [
+    Case(
+        'light_programs',
+        'Light light = LOAD(scene.lights, lamp); light.flags |= LIGHT_PROGRAM;'
+        'const LightProgram program = LOAD(scene.light_programs, lamp);'
+        'uv = light_uv(light, program, p, d, d); at = light_point(lamp, light, program, p, d, far);'
+        'sent = path_light_program(scene, lamp, light, path, p, d, far); bound = light_bound(scene, lamp, s, true);',
+        {'lamp': LAMP, 'p': POINT, 'd': DIRECTION, 'far': POSITIVE, 'path': PATH, 's': SURFACE},
+        {'uv': 'vec2', 'at': 'ShaderPoint', 'sent': 'vec3', 'bound': 'float'},
+        LIBRARY,
+        scene=True,
+        program=True,
+        groups=GROUPS,
+    ),
+    Case(
+        'light_places',
+        'ShaderPoint at = background_point(d); at.p = p; there = select(has_object(at), 1u, 0u); at.light = lamp;'
+        'here = select(has_object(at), 1u, 0u); place = object_position(scene, at); frame = point_frame(scene, at);'
+        'const ObjectSpace space = point_space(scene, at); origin = space.origin;'
+        'turned = object_transform(scene, at, 2u | 1u << 4u, d);',
+        {'lamp': LAMP, 'p': POINT, 'd': DIRECTION},
+        {'there': 'uint', 'here': 'uint', 'place': 'vec3', 'frame': 'NormalFrame', 'origin': 'vec3', 'turned': 'vec3'},
+        ROUNDING,
+        scene=True,
+        program=True,
+        groups=GROUPS,
+    ),
+    Case(
+        'luminaires',
+        'strength = op_ies_f(scene, d, 1028.0f, 11.0f, 9.0f); cell = ies_cell(scene, 1028, 11, x * 6.0f);'
+        'curve = ies_spline(x, 1.0f - x, 0.5f * x, x * x, x);',
+        {'d': ('vec3', directions()), 'x': ('float', uniform())},
+        {'strength': 'float', 'cell': 'int', 'curve': 'float'},
+        LIBRARY,
+        {'strength': Tolerance(4096, "angles are each library's own, and slopes enlarge them", absolute=2e-2)},
+        scene=True,
+        program=True,
+        groups=('GROUP_TABLE',),
+    ),
+]
+
 CASES = [
+    *AREAS,
+    *PROGRAMS,
     Case(
         'light_falloffs',
         'a = angle_from_versine(v); b = light_falloff(shape, d);',

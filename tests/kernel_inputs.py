@@ -9,7 +9,9 @@ from __future__ import annotations
 from functools import cache
 
 import numpy as np
+from cotorra.shader.ies import read
 
+from ies_files import STREET
 from kernel_inputs_programs import add_programs
 from kernel_inputs_textures import add_textures
 from kernel_parity import Draw, Scene
@@ -161,6 +163,39 @@ def lights(rng: np.random.Generator, n: int) -> np.ndarray:
     return values
 
 
+def area_lights(rng: np.random.Generator, n: int) -> np.ndarray:
+    """Rectangles and ellipses, wide and long, near and far, with any spread; some are beams."""
+    known = constants()
+    values = lights(rng, n)
+    values['type'] = known['LIGHT_AREA']
+    values['flags'] = rng.choice(np.array((0, known['LIGHT_ELLIPSE'])), n) | known['LIGHT_VISIBLE']
+    values['local_z'] = -values['axis']
+    values['half_u'], values['half_v'] = np.exp(rng.uniform(np.log(0.02), np.log(5.0), (2, n)))
+    values['radius'] = np.hypot(values['half_u'], values['half_v'])
+    h = rng.choice(np.array((0.0, 0.1, 0.6, 1.2)), n)
+    open_wide = rng.random(n) < 0.5
+    scale = np.where(h > 0.0, 1.0 / np.maximum(np.tan(h) - h, 1e-9), 0.0)
+    values['tan_spread'] = np.where(open_wide, 1e18, np.tan(h))
+    values['spread_scale'] = np.where(open_wide, 1e-18, scale)
+    return values
+
+
+def light_programs(rng: np.random.Generator, n: int, programs: np.ndarray) -> np.ndarray:
+    """Lamps with the programs of materials, in frames that scale."""
+    values = np.zeros(n, dtype_of('LightProgram'))
+    frames = _frames(rng, n)
+    inverse = np.linalg.inv(frames)
+    for column, axis in enumerate('xyz'):
+        values[f'{axis}_axis'] = frames[:, :, column]
+        values['space'][axis][:, :3] = inverse[:, column, :]
+        values['space'][axis][:, 3] = rng.normal(size=n)
+    values['space']['origin'] = rng.normal(size=(n, 3))
+    chosen = rng.integers(len(programs), size=n)
+    values['emission'], values['constants'] = programs['emission'][chosen], programs['constants'][chosen]
+    values['mean'], values['uv_scale'] = rng.uniform(0.1, 2.0, n), rng.uniform(0.3, 2.0, n)
+    return values
+
+
 def light_shapes(rng: np.random.Generator, n: int) -> np.ndarray:
     """Falloffs and edges as native/scene_lights.cpp writes them; some ranges and polynomials are 0."""
     edges = rng.integers(0, 3, n)
@@ -266,13 +301,17 @@ def scene() -> Scene:
             'classic': np.zeros(MATERIALS, dtype_of('ClassicMaterial')),
             'albedo': rng.uniform(0.4, 1.0, known['TABLE_SIZE']).astype(np.float32),
             'world_table': world_table(np.random.default_rng(4)),
-            'tables': np.random.default_rng(3).uniform(0.0, 1.0, 4 * 257).astype(np.float32),
+            'tables': np.append(np.random.default_rng(3).uniform(0.0, 1.0, 4 * 257), read(STREET).table).astype(
+                np.float32
+            ),
             'filter_table': np.sort(rng.uniform(-1.0, 1.0, known['FILTER_TABLE_SIZE'])).astype(np.float32),
         },
         nested={'meshes': nested},
     )
     add_textures(made, rng, 3 * TRIANGLES, TRIANGLES + 2)
     assert add_programs(made) == MATERIALS, 'rows name materials with programs by this number'
+    own = made.arrays['programs'][MATERIALS:]
+    made.arrays['light_programs'] = light_programs(np.random.default_rng(4), LIGHTS, own)
     return made
 
 

@@ -13,7 +13,9 @@ from typing import Any
 
 import bpy
 import numpy as np
+from cotorra.shader import ies
 
+from ies_files import STREET
 from op_cases import COUNT, Case, Range, make_node
 
 ENTRIES = 257
@@ -136,6 +138,18 @@ def _images() -> list[TableCase]:
     return cases
 
 
+def _set_ies(node: Any) -> None:
+    node.mode, node.ies = 'INTERNAL', bpy.data.texts.new('Street')
+    node.ies.write(STREET)
+
+
+def _luminaires() -> list[TableCase]:
+    found = ies.read(STREET)
+    node = replace(make_node('ies_f', 'ShaderNodeTexIES', 'Vector|||', 'Fac'), prepare=_set_ies)
+    ranges: dict[int, Range] = {0: (-1.0, 1.0), 1: (0,), 2: (found.horizontal,), 3: (found.vertical,)}
+    return [TableCase(Case('ies_f', 0, node, ranges), lambda _: found.table)]
+
+
 def facing(rng: np.random.Generator, size: int) -> np.ndarray:
     """Unit vectors toward the viewer."""
     normals = rng.normal(size=(size // 3, 3))
@@ -154,7 +168,7 @@ def baked(entry: TableCase) -> np.ndarray | None:
 
 
 def every_case() -> list[TableCase]:
-    return [*_ramps(), *_curves(), *_images()]
+    return [*_ramps(), *_curves(), *_luminaires(), *_images()]
 
 
 def normals_of(case: Case, inputs: np.ndarray) -> np.ndarray:

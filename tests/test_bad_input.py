@@ -194,9 +194,19 @@ def test_a_camera_that_cannot_be_used_is_named(scene, tmp_path):
 
 
 def test_things_not_rendered_yet_are_named(scene, tmp_path):
-    build.light(scene, 'AREA').name = 'Panel'
+    build.link(scene, 'Smoke', bpy.data.volumes.new('Smoke'))
     warnings = assert_square_is_rendered(scene, tmp_path)
-    assert any('Panel' in text for text in warnings)
+    assert any('Smoke' in text for text in warnings)
+
+
+@pytest.mark.parametrize('size', [0.0, 1e-30, 1e6, 1e30, NAN])
+@pytest.mark.parametrize('shape', ['SQUARE', 'ELLIPSE'])
+def test_area_lights_of_any_size(size, shape, scene, tmp_path):
+    lamp = build.light(scene, 'AREA', shape=shape, size=size, size_y=1.0, energy=1e-3)
+    lamp.name, lamp.location.z, lamp.scale = 'Panel', 3.0, (-1.0, 2.0, 1.0)
+    warnings = assert_square_is_rendered(scene, tmp_path)
+    assert bool(warnings) == (size in (0.0, 1e30) or size != size)
+    assert all('Panel' in text for text in warnings)
 
 
 # At the command line.

@@ -99,15 +99,15 @@ def test_node_tree_is_a_factor() -> None:
     assert native.load().Scene(exported(scene), bvh=False).stats()['lights'] == 0
 
 
-def test_light_that_varies_is_named() -> None:
+def test_light_that_varies_has_a_program() -> None:
     scene = build.new_scene()
-    build.light(scene, 'SUN')
     data = build.with_nodes(build.light(scene, 'POINT', energy=10).data)
     tree = data.node_tree
     node = next(node for node in tree.nodes if node.type == 'EMISSION')
     build.connect(tree, build.node(tree, 'LightFalloff').outputs['Linear'], node.inputs['Strength'])
-    buffers = exported(scene)
-    assert native.load().Scene(buffers, bvh=False).varying_lights() == [buffers.lights.names.index('Point')]
+    made = native.load().Scene(exported(scene), bvh=False)
+    assert made.stats()['lights'] == 1
+    assert emission_ops(made.explain(0)) == ['light_falloff']
 
 
 def test_switches() -> None:
@@ -178,13 +178,47 @@ def test_negative_light_darkens() -> None:
     assert lights(scene).strength.tolist() == [[-10, -10, -10]]
 
 
-def test_area_light_is_reported() -> None:
+@pytest.mark.parametrize(
+    ('shape', 'size_y', 'ellipse'), [('SQUARE', 2.0, 0), ('RECTANGLE', 0.5, 0), ('DISK', 2.0, 1), ('ELLIPSE', 0.5, 1)]
+)
+def test_area(shape: str, size_y: float, ellipse: int) -> None:
     scene = build.new_scene()
-    build.light(scene, 'AREA').name = 'Softbox'
-    assert messages(scene) == ['Light "Softbox": area lights are not supported yet: left out']
+    build.light(scene, 'POINT')
+    obj = build.light(scene, 'AREA', shape=shape, size=2.0, size_y=0.5, spread=1.5)
+    obj.matrix_world = Matrix.LocRotScale((1, 2, 3), Euler((1, 2, 3)), (1, -2, 3))
+    found = lights(scene)
+    assert sorted(found.type.tolist()) == [0, 3]
+    index = found.type.tolist().index(3)
+    assert (found.size[index], found.size_y[index], found.ellipse[index]) == (2.0, size_y, ellipse)
+    assert found.spread.dtype == np.float32 and found.spread[index] == 1.5 and found.soft_falloff[index] == 0
+    assert np.array_equal(found.transform[index], np.array(obj.matrix_world, np.float32)[:3])
+    assert not messages(scene)
 
 
-@pytest.mark.parametrize('kind', ['POINT', 'SUN', 'SPOT'])
+def test_without_area_lights_there_is_nothing_about_them() -> None:
+    scene = build.new_scene()
+    build.light(scene, 'SPOT')
+    assert lights(scene).size_y is None
+
+
+@pytest.mark.parametrize('size', [(0.0, 1.0), (1.0, 0.0), (float('nan'), 1.0), (1e30, 1.0)])
+def test_area_without_a_size_is_named(size: tuple[float, float]) -> None:
+    scene = build.new_scene()
+    build.light(scene, 'AREA', shape='RECTANGLE', size=size[0], size_y=size[1]).name = 'Softbox'
+    (text,) = messages(scene)
+    assert text.startswith('Light "Softbox": ')
+    if 0.0 in size:
+        assert text.endswith('its size is 0: it lights nothing') and not len(lights(scene).type)
+
+
+def test_portal_is_left_out() -> None:
+    scene = build.new_scene()
+    build.light(scene, 'AREA').data.cycles.is_portal = True
+    log = Log()
+    assert not len(exported(scene, log).lights.type)
+
+
+@pytest.mark.parametrize('kind', ['POINT', 'SUN', 'SPOT', 'AREA'])
 def test_transform_without_inverse(kind: str) -> None:
     scene = build.new_scene()
     build.light(scene, kind).scale = (1, 1, 0)

@@ -280,8 +280,6 @@ def test_scene(name: str, bounces: int, loader: ModuleType, tmp_path: Path) -> N
 
 
 def make_comparable(scene: bpy.types.Scene) -> None:
-    """What Cotorra does not render yet is taken from both: area lamps, images of the world."""
-    for lamp in [obj for obj in scene.objects if obj.type == 'LIGHT' and obj.data.type == 'AREA']:
-        bpy.data.objects.remove(lamp)
+    """What Cotorra does not render yet is taken from both: images of the world."""
     build.world(scene, (0.5, 0.55, 0.6))
     scene.camera.data.dof.use_dof = False

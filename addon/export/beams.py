@@ -44,7 +44,7 @@ BLENDERS_OWN = Beam()
 def read_beam(light: bpy.types.Light, name: str, log: Log) -> Beam | None:
     """How the lamp falls off and ends; None, with a warning, where that leaves nothing of its light."""
     own = light.cotorra
-    falloff = 'PHYSICAL' if light.type == 'SUN' else own.falloff
+    falloff = own.falloff if light.type in {'POINT', 'SPOT'} else 'PHYSICAL'
     edge = own.spot_edge if light.type == 'SPOT' else 'BLENDER'
     # What it does not use may be anything.
     used = {'falloff': FALLOFFS[falloff], 'spot_edge': EDGES[edge]}

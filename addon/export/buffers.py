@@ -20,7 +20,7 @@ I32 = NDArray[np.int32]
 VISIBLE_CAMERA, VISIBLE_DIFFUSE, VISIBLE_GLOSSY = 1, 2, 4
 VISIBLE_TRANSMISSION, VISIBLE_VOLUME, VISIBLE_SHADOW = 8, 16, 32
 
-LIGHT_POINT, LIGHT_SUN, LIGHT_SPOT = 0, 1, 2
+LIGHT_POINT, LIGHT_SUN, LIGHT_SPOT, LIGHT_AREA = 0, 1, 2, 3
 
 # How ops filter images, and what lies outside 0 to 1.
 INTERPOLATION_CLOSEST, INTERPOLATION_LINEAR, INTERPOLATION_CUBIC = range(3)
@@ -242,7 +242,8 @@ class Lights:
 
     strength: (L, 3) colour × temperature colour × energy × 2^exposure; the emission of `shader` is a factor.
     transform:(L, 3, 4) float32 object-to-world, scale and shear included.
-    size:     (L,) radius in metres (point, spot) or angle in radians (sun).
+    size:     (L,) radius in metres (point, spot), angle in radians (sun), or width before the transform (area).
+    size_y and what follows it: None where there is no area light.
     falloff and what follows it (light_settings.py): None where all lamps fall off and end as Blender's do.
     """
 
@@ -268,6 +269,9 @@ class Lights:
     outer_angle: F32 | None = None  # (L,) radians from the axis
     pass_index: I32 | None = None  # (L,) N of the pass 'light:N' that shows the lamp alone, -1 for none
     shader: I32 | None = None  # (L,) index into SceneBuffers.shaders, -1 for none; None: none has one
+    size_y: F32 | None = None  # (L,) the other width
+    spread: F32 | None = None  # (L,) full angle within which it shines, radians
+    ellipse: U32 | None = None  # (L,) 0 or 1
 
 
 @dataclass(frozen=True, slots=True)

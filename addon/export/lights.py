@@ -6,8 +6,10 @@ Radiance is derived in the native module. Emissive meshes are materials, the wor
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import bpy
 import numpy as np
@@ -16,11 +18,12 @@ from ..lamps import pass_names, pass_numbers
 from ..log import Log
 from . import bounds
 from .beams import Beam, beam_arrays, read_beam
-from .buffers import F32, I32, LIGHT_POINT, LIGHT_SPOT, LIGHT_SUN, Lights
+from .buffers import F32, I32, LIGHT_AREA, LIGHT_POINT, LIGHT_SPOT, LIGHT_SUN, Lights
 from .shaders import ShaderTable
 from .sockets import Color
 
-TYPES = {'POINT': LIGHT_POINT, 'SUN': LIGHT_SUN, 'SPOT': LIGHT_SPOT}
+TYPES = {'POINT': LIGHT_POINT, 'SUN': LIGHT_SUN, 'SPOT': LIGHT_SPOT, 'AREA': LIGHT_AREA}
+SIZES = {'SUN': 'angle', 'AREA': 'size'}  # of the others shadow_soft_size
 BLACK: Color = (0.0, 0.0, 0.0)
 MAX_BOUNCES = 1024  # Cycles' default, where its settings do not exist
 
@@ -44,6 +47,9 @@ class Lamp:
     light_group: int
     beam: Beam
     shader: int
+    size_y: float = 0.0
+    spread: float = math.pi
+    ellipse: bool = False
 
 
 def read_lamp(
@@ -53,14 +59,11 @@ def read_lamp(
     log: Log,
     shaders: ShaderTable,
 ) -> Lamp | None:
-    """The lamp of a light object, or None where it gives no light or is of a kind that is not supported yet."""
+    """The lamp of a light object, or None where it gives no light."""
     light = obj.data
     settings = getattr(light, 'cycles', None)  # absent where the Cycles add-on is disabled
     if light.type == 'AREA' and getattr(settings, 'is_portal', False):
         return None  # it shows where the world's light comes in, and gives none itself
-    if light.type not in TYPES:
-        log.warning(f'Light "{obj.name}": {light.type.lower()} lights are not supported yet: left out')
-        return None
 
     def warn(text: str) -> None:
         log.warning(f'Light "{obj.name}": {text}')
@@ -72,14 +75,19 @@ def read_lamp(
     if beam is None:
         return None
     spot = light.type == 'SPOT'
+    size = bounds.of_property(light, SIZES.get(light.type, 'shadow_soft_size'), warn, 0.0)
+    area = _area(light, size, warn) if light.type == 'AREA' else {}
+    if area and not (size > 0.0 and area['size_y'] > 0.0):
+        warn('its size is 0: it lights nothing')
+        return None
     return Lamp(
         name=obj.name,
         type=TYPES[light.type],
         strength=strength,
-        size=bounds.of_property(light, 'angle' if light.type == 'SUN' else 'shadow_soft_size', warn, 0.0),
+        size=size,
         spot_size=bounds.of_property(light, 'spot_size', warn, 0.0) if spot else 0.0,
         spot_blend=bounds.of_property(light, 'spot_blend', warn, 0.0, 1.0) if spot else 0.0,
-        soft_falloff=light.type != 'SUN' and light.use_soft_falloff,
+        soft_falloff=light.type in {'POINT', 'SPOT'} and light.use_soft_falloff,
         normalize=light.normalize,
         cast_shadow=light.use_shadow and getattr(settings, 'cast_shadow', True),
         use_mis=getattr(settings, 'use_multiple_importance_sampling', True),
@@ -88,7 +96,18 @@ def read_lamp(
         light_group=light_group,
         beam=beam,
         shader=shaders.index(light, warn),
+        **area,
     )
+
+
+def _area(light: bpy.types.AreaLight, size: float, warn: bounds.Warn) -> dict[str, Any]:
+    """What an area light has beside a width."""
+    two = light.shape in {'RECTANGLE', 'ELLIPSE'}
+    return {
+        'size_y': bounds.of_property(light, 'size_y', warn, 0.0) if two else size,
+        'spread': bounds.of_property(light, 'spread', warn, 0.0),
+        'ellipse': light.shape in {'DISK', 'ELLIPSE'},
+    }
 
 
 def light_arrays(lamps: list[Lamp], transforms: F32, lamp_of: I32, view_layer: bpy.types.ViewLayer, log: Log) -> Lights:
@@ -102,6 +121,10 @@ def light_arrays(lamps: list[Lamp], transforms: F32, lamp_of: I32, view_layer: b
         values = np.array([getattr(lamp, name) for lamp in lamps], dtype).reshape(len(lamps), *shape)
         return values[lamp_of]
 
+    area_arrays = {}
+    if any(lamp.type == LIGHT_AREA for lamp in lamps):
+        kinds = {'size_y': np.float32, 'spread': np.float32, 'ellipse': np.uint32}
+        area_arrays = {name: column(name, kind) for name, kind in kinds.items()}
     return Lights(
         type=column('type', np.uint32),
         strength=column('strength', np.float32, 3),
@@ -119,6 +142,7 @@ def light_arrays(lamps: list[Lamp], transforms: F32, lamp_of: I32, view_layer: b
         names=tuple(lamps[index].name for index in lamp_of),
         pass_index=_pass_indices([lamps[index].name for index in lamp_of], view_layer),
         shader=column('shader', np.int32),
+        **area_arrays,
         **beam_arrays([lamps[index].beam for index in lamp_of]),
     )
 

@@ -97,7 +97,9 @@ def generated(node: Node) -> Ref:
 
 
 def uv(node: Node, name: str = '') -> Ref:
-    """A UV map, '' = the active render one."""
+    """A UV map, '' = the active render one. Lamps have one, which Cycles makes up."""
+    if node.reader.kind == 'light':
+        return node.constant(0.0) if name else node.emit('parametric')
     return layer_v(node, name)
 
 
@@ -241,6 +243,8 @@ def _attribute(node: Node, output: str) -> Ref:
             if output == 'Alpha':
                 return node.constant(found[3])
             return node.constant(sum(found[:3]) / 3.0 if output == 'Fac' else found[:3])
+        case 'OBJECT' | 'INSTANCER' if node.reader.kind == 'light':
+            raise UnreadError('attributes of objects are not supported for lights yet')
         case 'OBJECT':
             layer = object_layer(name)
         case 'INSTANCER':
@@ -287,6 +291,8 @@ def _no_curve(node: Node, output: str) -> Ref:
 
 @value('ShaderNodeObjectInfo')
 def _object(node: Node, output: str) -> Ref:
+    if node.reader.kind == 'light' and output != 'Location':
+        raise UnreadError(f'its output "{output}" is not supported for lights yet')
     if output in OBJECT_F:
         return node.emit('object_info_f', mode=OBJECT_F.index(output))
     return node.emit('object_info_v', mode=('Location', 'Color').index(output))

@@ -7,14 +7,15 @@ What a texture computes is in the kernels; how images are loaded is told in expo
 from __future__ import annotations
 
 import math
+from pathlib import Path
 
 import bpy
 import numpy as np
 from mathutils import Euler
 
 from ..export.buffers import EXTENSION_REPEAT, INTERPOLATION_CLOSEST, INTERPOLATION_CUBIC, INTERPOLATION_LINEAR
-from . import tables
-from .nodes_input import affine, generated, object_normal, uv
+from . import ies, tables
+from .nodes_input import NORMAL_TO_OBJECT, affine, generated, object_normal, uv
 from .reader import TRUNCATE, Node, value
 from .tree import MULTIPLY, VECTOR_NORMALIZE, VECTOR_SUBTRACT, Ref
 
@@ -283,3 +284,35 @@ def _loaded(node: Node) -> object | None:
         node.warn(loaded)
         return None
     return loaded
+
+
+@value('ShaderNodeTexIES')
+def _ies(node: Node, output: str) -> Ref:
+    """A measured luminaire; where none can be read, 100, as in Cycles."""
+    strength = node.f('Strength')
+    try:
+        light = ies.read(_ies_text(node.node))
+    except ies.IesError as error:
+        node.warn(f'{error}: 100 is used')
+        return node.builder.math(MULTIPLY, strength, node.constant(100.0))
+    if node.is_fed('Vector'):
+        direction = node.v('Vector')
+    else:  # toward the point that is lit, in the light's own space
+        direction = node.emit('object_transform', node.emit('incoming'), mode=NORMAL_TO_OBJECT)
+    sizes = (node.constant(float(size)) for size in (light.horizontal, light.vertical))
+    found = node.emit('ies_f', direction, node.builder.table(light.table), *sizes)
+    return node.builder.math(MULTIPLY, strength, found)
+
+
+def _ies_text(own: bpy.types.ShaderNodeTexIES) -> str:
+    if own.mode == 'INTERNAL':
+        if own.ies is None:
+            raise ies.IesError('it has no text')
+        return own.ies.as_string()
+    path = bpy.path.abspath(own.filepath, library=own.id_data.library)
+    if not own.filepath:
+        raise ies.IesError('it has no file')
+    try:
+        return Path(path).read_text(encoding='latin-1')
+    except OSError as error:
+        raise ies.IesError(f'"{path}" cannot be read: {error.strerror}') from error

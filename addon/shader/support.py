@@ -30,7 +30,6 @@ NOT_SUPPORTED = {
     'ShaderNodeScript': 'scripts (OSL) are not supported',
     'ShaderNodeShaderToRGB': AS_CYCLES,
     'ShaderNodeSqueeze': AS_CYCLES,
-    'ShaderNodeTexIES': 'IES textures are not supported yet',
     'ShaderNodeTexPointDensity': 'point density is not supported',
     'ShaderNodeUVAlongStroke': AS_CYCLES,
     'ShaderNodeVolumeAbsorption': 'volumes are not supported yet',

@@ -29,8 +29,6 @@ class COTORRA_LIGHT_PT_light(LightPanel, bpy.types.Panel):
         self.layout.row().prop(light, 'type', expand=True)
         layout = self.layout
         layout.use_property_split = True
-        if light.type == 'AREA':
-            layout.label(text='Area lights are not rendered yet', icon='ERROR')
 
         color = layout.column(align=True, heading='Temperature')
         row = color.row(align=True)
@@ -51,6 +49,14 @@ class COTORRA_LIGHT_PT_light(LightPanel, bpy.types.Panel):
             shape.prop(light, 'use_soft_falloff')
         elif light.type == 'SUN':
             shape.prop(light, 'angle')
+        else:
+            shape.prop(light, 'shape')
+            two = light.shape in {'RECTANGLE', 'ELLIPSE'}
+            sizes = shape.column(align=True)
+            sizes.prop(light, 'size', text='Size X' if two else 'Size')
+            if two:
+                sizes.prop(light, 'size_y', text='Y')
+            shape.prop(light, 'spread')
 
 
 class COTORRA_LIGHT_PT_beam_shape(LightPanel, bpy.types.Panel):

@@ -20,7 +20,7 @@ OPEN_TO_ALL = 'BLENDER_RENDER'
 # render_panels.py where users of Cycles look for them.
 LEFT_OUT = {
     'DATA_PT_light',
-    'DATA_PT_preview',  # as long as Blender's scenes for previews, which area lights light, come out black
+    'DATA_PT_preview',  # as long as bl_use_preview is off
     'DATA_PT_spot',
     'NODE_DATA_PT_light',
     'DATA_PT_context_lightprobe',

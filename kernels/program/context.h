@@ -21,7 +21,7 @@ FN float mode_share(uint bits) {
 // ---- Cameras. Cycles' camera looks along +z.
 
 FN vec3 camera_space(IN(SceneData) scene, IN(ShaderPoint) at) {
-  if (at.instance == INVALID_ID) return object_space_vector(scene.camera_space, at.p);
+  if (!has_object(at)) return object_space_vector(scene.camera_space, at.p);
   return object_space_point(scene.camera_space, at.p);
 }
 
@@ -47,7 +47,7 @@ FN vec3 to_world_space(IN(SceneData) scene, IN(ShaderPoint) at, uint kind, uint 
   if (from == SPACE_OBJECT) {
     const NormalFrame f = point_frame(scene, at);
     if (kind == TRANSFORM_NORMAL) return normal_to_world(f, v);
-    const vec3 origin = LOAD(scene.object_spaces, at.instance).origin;
+    const vec3 origin = point_space(scene, at).origin;
     return vector_to_world(f, v) + select(kind == TRANSFORM_POINT, origin, vec3(0.0f));
   }
   if (from != SPACE_CAMERA) return v;
@@ -65,7 +65,7 @@ FN vec3 from_world_space(IN(SceneData) scene, IN(ShaderPoint) at, uint kind, uin
     return vec3(dot(f.x, v), dot(f.y, v), dot(f.z, v));
   }
   ObjectSpace space = scene.camera_space;
-  if (to == SPACE_OBJECT) space = LOAD(scene.object_spaces, at.instance);
+  if (to == SPACE_OBJECT) space = point_space(scene, at);
   return kind == TRANSFORM_POINT ? object_space_point(space, v) : object_space_vector(space, v);
 }
 
@@ -73,7 +73,7 @@ FN vec3 object_transform(IN(SceneData) scene, IN(ShaderPoint) at, uint mode, vec
   const uint kind = mode & 3u;
   const uint from = (mode >> 2) & 3u;
   const uint to = (mode >> 4) & 3u;
-  const bool no_object = at.instance == INVALID_ID && (from == SPACE_OBJECT || to == SPACE_OBJECT);
+  const bool no_object = !has_object(at) && (from == SPACE_OBJECT || to == SPACE_OBJECT);
   if (from == to || no_object) return v;
   const vec3 r = from_world_space(scene, at, kind, to, to_world_space(scene, at, kind, from, v));
   float len;
@@ -144,10 +144,11 @@ FN float wireframe(IN(SceneData) scene, IN(ShaderPoint) at, uint mode, float siz
   return found;
 }
 
-// ---- Lamps: strength that does not fall off with the square of the distance
+// ---- Lamps: strength that does not fall off with the square of the distance; nothing falls off from a sun
 FN float light_falloff(IN(ShaderPoint) at, uint mode, float strength, float smooth_radius) {
   const float t2 = at.t * at.t;
   float s = strength;
+  if (at.t >= INFINITE_DISTANCE) return s;
   if (smooth_radius > 0.0f) s *= t2 / (smooth_radius + t2);
   if (mode == 1u) s *= at.t;
   if (mode == 2u) s *= t2;
@@ -161,6 +162,7 @@ FN Material point_material(IN(SceneData) scene, IN(ShaderPoint) at) {
 }
 
 FN vec3 object_info(IN(SceneData) scene, IN(ShaderPoint) at, uint op, uint mode) {
+  if (at.light != INVALID_ID && op == OP_OBJECT_INFO_V && mode == 0u) return point_space(scene, at).origin;
   if (at.instance == INVALID_ID) return vec3(0.0f);
   const Instance instance = LOAD(scene.instances, at.instance);
   if (op == OP_OBJECT_INFO_F && mode == 1u) return vec3(float(instance.pass_index));
@@ -182,8 +184,7 @@ FN vec3 program_coordinates(IN(SceneData) scene, IN(ShaderPoint) here, uint op, 
   if (op == OP_POSITION) return at.p;
   if (op == OP_PARAMETRIC) return vec3(1.0f - at.u - at.v, at.u, 0.0f);  // as Cycles: weights of corners 0 and 1
   if (op == OP_GENERATED) return point_generated(scene, at);
-  if (op == OP_OBJECT_POSITION && at.instance == INVALID_ID) return at.p;
-  if (op == OP_OBJECT_POSITION) return object_space_point(LOAD(scene.object_spaces, at.instance), at.p);
+  if (op == OP_OBJECT_POSITION) return object_position(scene, at);
   if (op == OP_CAMERA_POSITION) return camera_space(scene, at);
   if (op == OP_WINDOW) return window_coordinates(scene, at);
   uint components;

@@ -11,7 +11,7 @@ namespace cotorra {
 #endif
 
 // A point of a surface as a ray meets it, world space; normals on the side that the ray came from. Of the background:
-// the direction that the ray goes, of no instance.
+// the direction that the ray goes, of no instance. Of a lamp u and v are what stands for its UV map (light_program.h).
 struct ShaderPoint {
   vec3 p;
   float u;          // barycentric, as in Hit
@@ -30,7 +30,7 @@ struct ShaderPoint {
   uint glossy_bounces;
   uint transmission_bounces;
   uint transparent_bounces;
-  uint unused;
+  uint light;       // INVALID_ID, or the lamp whose point this is; `instance` is then none
 };
 
 FN ShaderPoint shader_point(IN(Surface) s, vec3 wo, float t) {
@@ -52,7 +52,7 @@ FN ShaderPoint shader_point(IN(Surface) s, vec3 wo, float t) {
   at.glossy_bounces = 0u;
   at.transmission_bounces = 0u;
   at.transparent_bounces = 0u;
-  at.unused = 0u;
+  at.light = INVALID_ID;
   return at;
 }
 
@@ -76,7 +76,7 @@ FN ShaderPoint background_point(vec3 direction) {
   at.glossy_bounces = 0u;
   at.transmission_bounces = 0u;
   at.transparent_bounces = 0u;
-  at.unused = 0u;
+  at.light = INVALID_ID;
   return at;
 }
 
@@ -143,17 +143,6 @@ FN vec2 mesh_uv(IN(Mesh) mesh, IN(MeshTextures) layers, uint layer, uvec3 c, flo
   return LOAD(mesh.uv, first + c.x) * (1.0f - u - v) + LOAD(mesh.uv, first + c.y) * u + LOAD(mesh.uv, first + c.z) * v;
 }
 
-FN vec3 point_generated(IN(SceneData) scene, IN(ShaderPoint) at) {
-  if (at.instance == INVALID_ID) return at.p;
-  const uint mesh_id = LOAD(scene.instances, at.instance).mesh;
-  Mesh mesh = LOAD(scene.meshes, mesh_id);
-  if ((mesh.flags & MESH_HAS_GENERATED) == 0u) return vec3(0.0f);
-  MeshTextures more = LOAD(scene.mesh_textures, mesh_id);
-  const uvec3 id = LOAD(mesh.triangles, at.triangle);
-  return LOAD(more.generated, id.x) * (1.0f - at.u - at.v) + LOAD(more.generated, id.y) * at.u +
-         LOAD(more.generated, id.z) * at.v;
-}
-
 FN vec3 object_space_point(IN(ObjectSpace) o, vec3 p) {
   return vec3(o.x.x * p.x + o.x.y * p.y + o.x.z * p.z + o.x.w, o.y.x * p.x + o.y.y * p.y + o.y.z * p.z + o.y.w,
               o.z.x * p.x + o.z.y * p.y + o.z.z * p.z + o.z.w);
@@ -161,6 +150,29 @@ FN vec3 object_space_point(IN(ObjectSpace) o, vec3 p) {
 FN vec3 object_space_vector(IN(ObjectSpace) o, vec3 p) {
   return vec3(o.x.x * p.x + o.x.y * p.y + o.x.z * p.z, o.y.x * p.x + o.y.y * p.y + o.y.z * p.z,
               o.z.x * p.x + o.z.y * p.y + o.z.z * p.z);
+}
+
+// Of the background there is no object.
+FN bool has_object(IN(ShaderPoint) at) { return at.instance != INVALID_ID || at.light != INVALID_ID; }
+FN ObjectSpace point_space(IN(SceneData) scene, IN(ShaderPoint) at) {
+  if (at.light != INVALID_ID) return LOAD(scene.light_programs, at.light).space;
+  return LOAD(scene.object_spaces, at.instance);
+}
+FN vec3 object_position(IN(SceneData) scene, IN(ShaderPoint) at) {
+  if (!has_object(at)) return at.p;
+  return object_space_point(point_space(scene, at), at.p);
+}
+
+// Lamps have no coordinates of their own but those of their object.
+FN vec3 point_generated(IN(SceneData) scene, IN(ShaderPoint) at) {
+  if (at.instance == INVALID_ID) return object_position(scene, at);
+  const uint mesh_id = LOAD(scene.instances, at.instance).mesh;
+  Mesh mesh = LOAD(scene.meshes, mesh_id);
+  if ((mesh.flags & MESH_HAS_GENERATED) == 0u) return vec3(0.0f);
+  MeshTextures more = LOAD(scene.mesh_textures, mesh_id);
+  const uvec3 id = LOAD(mesh.triangles, at.triangle);
+  return LOAD(more.generated, id.x) * (1.0f - at.u - at.v) + LOAD(more.generated, id.y) * at.u +
+         LOAD(more.generated, id.z) * at.v;
 }
 
 // Layer `layer` of UV maps and attributes, counted together; w is the attribute's alpha. `components` tells how many
@@ -218,6 +230,17 @@ FN NormalFrame normal_frame(IN(Instance) i, IN(MeshTextures) m) {
 }
 
 FN NormalFrame point_frame(IN(SceneData) scene, IN(ShaderPoint) at) {
+  if (at.light != INVALID_ID) {
+    const LightProgram light = LOAD(scene.light_programs, at.light);
+    NormalFrame f;
+    f.x = light.x_axis;
+    f.y = light.y_axis;
+    f.z = light.z_axis;
+    f.normal_x = vec3(light.space.x.x, light.space.x.y, light.space.x.z);
+    f.normal_y = vec3(light.space.y.x, light.space.y.y, light.space.y.z);
+    f.normal_z = vec3(light.space.z.x, light.space.z.y, light.space.z.z);
+    return f;
+  }
   const Instance instance = LOAD(scene.instances, at.instance);
   return normal_frame(instance, LOAD(scene.mesh_textures, instance.mesh));
 }

@@ -5,6 +5,7 @@
 #define COTORRA_PROGRAM_H
 
 #include "context.h"
+#include "ies.h"
 #include "image_map.h"
 #include "pure.h"
 #include "table_ops.h"
@@ -48,6 +49,7 @@ FN vec3 program_table(IN(SceneData) scene, uint op, uint mode, IN(ProgramArgumen
   if (op == OP_RAMP_V) return op_ramp_v(scene, mode, a.v[0], a.v[1], a.v[2]);
   if (op == OP_RAMP_ALPHA) return vec3(op_ramp_alpha(scene, mode, a.v[0], a.v[1], a.v[2]));
   if (op == OP_CURVE_F) return vec3(op_curve_f(scene, mode, a.v[0], a.v[1], a.v[2], a.v[3], a.v[4]));
+  if (op == OP_IES_F) return vec3(op_ies_f(scene, p, a.v[3], a.v[4], a.v[5]));
   if (op == OP_RGB_CURVE_V) return op_rgb_curve_v(scene, mode, p, a.v[3], a.v[4], a.v[5], a.v[6]);
   return op_vector_curve_v(scene, mode, p, a.v[3], a.v[4], a.v[5], a.v[6]);
 }

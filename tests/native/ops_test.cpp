@@ -49,6 +49,8 @@ vec3 table_op(const SceneData &scene, unsigned op, unsigned mode, const ProgramA
       return op_rgb_curve_v(scene, mode, p, a.v[3], a.v[4], a.v[5], a.v[6]);
     case OP_VECTOR_CURVE_V:
       return op_vector_curve_v(scene, mode, p, a.v[3], a.v[4], a.v[5], a.v[6]);
+    case OP_IES_F:
+      return vec3(op_ies_f(scene, p, a.v[3], a.v[4], a.v[5]));
     case OP_IMAGE_V:
       return op_image_v(scene, mode, p, a.v[3], a.v[4], normal);
     case OP_IMAGE_F:

@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Samples of area lights, and what rays see of them, over arrays, for test_area_sampling.py.
+// What they must be like, the test says.
+#include <cstddef>
+#include <cstdint>
+
+namespace cotorra {
+namespace {
+constexpr std::uint32_t KERNEL_FEATURES = ~0u;
+}
+}  // namespace cotorra
+
+#include "../../kernels/light.h"
+
+using namespace cotorra;
+
+extern "C" {
+
+// One sample for each pair of random numbers, from p.
+void test_samples(const Light *light, const vec3 *p, const vec2 *u, std::size_t count, LightSample *out) {
+  for (std::size_t i = 0; i < count; ++i) light_sample(*light, *p, vec3(0.0f, 0.0f, 1.0f), u[i], out[i]);
+}
+
+// What rays from p see: radiance, and the density of such samples; 0 where they miss.
+void test_rays(const Light *light, const vec3 *p, const vec3 *d, std::size_t count, vec3 *radiance, float *pdf) {
+  for (std::size_t i = 0; i < count; ++i) {
+    if (light_intersect(*light, *p, d[i], INFINITE_DISTANCE, vec3(0.0f, 0.0f, 1.0f), radiance[i], pdf[i])) continue;
+    radiance[i] = vec3(0.0f);
+    pdf[i] = 0.0f;
+  }
+}
+}
