@@ -4,15 +4,16 @@
 #ifndef COTORRA_ALPHA_H
 #define COTORRA_ALPHA_H
 
-#include "material.h"
-#include "sampling.h"
+#include "integrator.h"
 
 #ifdef __cplusplus
 namespace cotorra {
 #endif
 
-// Share of the light that goes on behind the surface where a ray met it.
-FN vec3 hit_transparency(IN(SceneData) scene, IN(Hit) hit, vec3 direction, uint ray_kind) {
+// Share of the light that goes on behind the surface where a ray of the path met it; or a shadow ray from the vertex
+// that the path's ray met. `crossed`: surfaces that the ray itself passed before.
+FN vec3 hit_transparency(IN(SceneData) scene, IN(Hit) hit, vec3 direction, IN(PathState) path, bool shadow,
+                         uint crossed) {
   const uint index = triangle_material(scene, hit.instance, hit.triangle);
   const Material material = LOAD(scene.materials, index);
   if ((material.flags & MATERIAL_TRANSPARENT) == 0u) return vec3(0.0f);
@@ -20,16 +21,22 @@ FN vec3 hit_transparency(IN(SceneData) scene, IN(Hit) hit, vec3 direction, uint 
   Surface s;
   surface_from_hit(scene, hit, direction, s);
   ShaderPoint at = shader_point(s, -direction, hit.t);
-  at.ray_kind = ray_kind;
+  at.footprint = path.footprint;
+  path_counts(path, at);
+  at.transparent_bounces += crossed;
+  if (shadow) {  // one vertex further, as in Cycles
+    at.ray_kind = VISIBLE_SHADOW;
+    at.bounce += 1u;
+  }
   return material_transparency(scene, index, at);
 }
 
 // Share that the surface stops of a ray that is let through whole or not at all. Where what is let through has a
 // colour, the surface stops all of it, and its shading lets it go on.
-FN float hit_alpha(IN(SceneData) scene, IN(Hit) hit, vec3 direction, uint ray_kind) {
+FN float hit_alpha(IN(SceneData) scene, IN(Hit) hit, vec3 direction, IN(PathState) path, bool shadow, uint crossed) {
   const uint index = triangle_material(scene, hit.instance, hit.triangle);
   if ((LOAD(scene.materials, index).flags & MATERIAL_TINTED) != 0u) return 1.0f;
-  return 1.0f - hit_transparency(scene, hit, direction, ray_kind).x;
+  return 1.0f - hit_transparency(scene, hit, direction, path, shadow, crossed).x;
 }
 
 // A number in [0, 1) for a path's ray at a triangle: below the alpha there, the ray is stopped. Of neighbouring samples

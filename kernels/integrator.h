@@ -326,8 +326,9 @@ FN uint path_pick_light(IN(SceneData) scene, IN(Surface) s, bool both_sides, flo
   return chosen > 0.0f ? pick : INVALID_ID;
 }
 
-// What an emitting triangle sends out along -wi at barycentric coordinates b, and is not let through there.
-FN vec3 emitter_radiance(IN(SceneData) scene, IN(Emitter) e, vec2 b, vec3 wi, float distance) {
+// What an emitting triangle sends out along -wi at barycentric coordinates b, and is not let through there. As in
+// Cycles, it knows the number of bounces and not the kind of ray.
+FN vec3 emitter_radiance(IN(SceneData) scene, IN(PathState) path, IN(Emitter) e, vec2 b, vec3 wi, float distance) {
   if (!FEATURE(FEATURE_PROGRAMS | FEATURE_TRANSPARENCY)) return e.radiance;
   const Material material = LOAD(scene.materials, e.material);
   Hit hit;
@@ -338,7 +339,10 @@ FN vec3 emitter_radiance(IN(SceneData) scene, IN(Emitter) e, vec2 b, vec3 wi, fl
   hit.instance = e.instance;
   Surface s;
   surface_from_hit(scene, hit, wi, s);
-  const ShaderPoint at = shader_point(s, -wi, distance);
+  ShaderPoint at = shader_point(s, -wi, distance);
+  path_counts(path, at);
+  at.ray_kind = 0u;
+  at.bounce += 1u;
   const vec3 radiance = material_emission(scene, e.material, material, at);
   if ((material.flags & (MATERIAL_TRANSPARENT | MATERIAL_TINTED)) != MATERIAL_TRANSPARENT) return radiance;
   return radiance * (1.0f - material_transparency(scene, e.material, at).x);
@@ -369,7 +373,7 @@ FN bool path_sample_emitter(IN(SceneData) scene, IN(PathState) path, IN(Surface)
   const float pdf = area_pdf * d * d / max(cos_light, 1e-8f);
   float bsdf_pdf;
   const vec3 f = visible_scattering(scene, bsdf, lobe, wo, wi, e.visibility, bsdf_pdf);
-  const vec3 radiance = emitter_radiance(scene, e, b, wi, d);
+  const vec3 radiance = emitter_radiance(scene, path, e, b, wi, d);
   ray.contribution = path.throughput * f * radiance * (power_heuristic(pdf, bsdf_pdf) / pdf);
   ray.direction = wi;
   ray.group = e.group;

@@ -28,7 +28,8 @@ void main() {
   ShadowRay ray = LOAD(WAVE.shadow_rays, place);
   const bool to_light = place / WAVE.lanes != push.sky_slot;  // glass hides the sky
   const bool sees_through = FEATURE(FEATURE_WHITTED) && flag(WAVE_TRANSPARENT_SHADOWS) && to_light;
-  uint crossed = WAVE.paths.v[place % WAVE.lanes].transparent_bounces;
+  const PathState path = LOAD(WAVE.paths, place % WAVE.lanes);
+  uint crossed = 0u;
   uint panes = 0u;
   float t_min = 0.0f;
   vec3 kept = vec3(1.0f);  // share of the light that is left
@@ -39,7 +40,7 @@ void main() {
     const bool any = !FEATURE(FEATURE_TRANSPARENCY) && !sees_through;
     if (!trace(ray.origin, ray.direction, t_min, ray.t_max, ray.visibility, any, hit)) break;
     vec3 share = vec3(0.0f);
-    if (FEATURE(FEATURE_TRANSPARENCY)) share = hit_transparency(WAVE.scene, hit, ray.direction, VISIBLE_SHADOW);
+    if (FEATURE(FEATURE_TRANSPARENCY)) share = hit_transparency(WAVE.scene, hit, ray.direction, path, true, crossed);
     if (sees_through && !(max_component(share) > 0.0f)) {
       panes += 1u;
       t_min = 0.0f;
@@ -47,7 +48,7 @@ void main() {
     }
     crossed += 1u;
     kept = kept * share;
-    if (!(shadow_kept(WAVE.integrator, crossed, max_component(kept)) > 0.0f)) {
+    if (!(shadow_kept(WAVE.integrator, path.transparent_bounces + crossed, max_component(kept)) > 0.0f)) {
       kept = vec3(0.0f);
       break;
     }

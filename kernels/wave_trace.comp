@@ -8,8 +8,8 @@
 #include "trace.glsl"
 
 // Does the surface let the ray through? At random, in proportion to what it keeps.
-bool lets_through(Hit hit, vec3 direction, PathState path, uint block_seed) {
-  const float alpha = hit_alpha(WAVE.scene, hit, direction, path.ray_kind);
+bool lets_through(Hit hit, vec3 direction, PathState path, uint crossed, uint block_seed) {
+  const float alpha = hit_alpha(WAVE.scene, hit, direction, path, false, crossed);
   if (alpha >= 1.0f) return false;
   return alpha_number(path.random, path.bounce, block_seed, hit.instance, hit.triangle) >= alpha;
 }
@@ -25,7 +25,7 @@ void main() {
   while (true) {
     trace(ray.origin, ray.direction, t_min, ray.t_max, path.ray_kind & VISIBLE_ALL, false, hit);
     if (!FEATURE(FEATURE_TRANSPARENCY) || hit.instance == INVALID_ID) break;
-    if (!lets_through(hit, ray.direction, path, pixel_of(lane).block_seed)) break;
+    if (!lets_through(hit, ray.direction, path, crossed, pixel_of(lane).block_seed)) break;
     crossed += 1u;
     t_min = hit.t;
     if (!path_crossed_too_many(WAVE.integrator, path.transparent_bounces + crossed)) continue;

@@ -24,7 +24,7 @@ struct AlphaContext {
   const PathState *paths = nullptr;  // of the packet's rays
   uint block_seed = 0;
   uint limit = 0;                    // transparent surfaces that a path may cross, shadow rays included
-  std::array<uint, kWidth> before{};   // shadow rays: surfaces that their path crossed
+  std::array<const PathState *, kWidth> shadow_paths{};  // of the packet's shadow rays
   std::array<uint, kWidth> passed{};   // by the ray itself, whatever stops it later
   std::array<uint, kWidth> crossed_by_path{};  // paths: of those, what lies before the surface that was met
   std::array<vec3, kWidth> kept{};  // shadow rays: share of their light that is left
@@ -97,7 +97,7 @@ void filter_path(const embree::FilterArguments *a) {
     const Hit at = filtered_hit(c, *a, k);
     const auto id = filter_field<std::uint32_t>(a->ray, kRayId, *a, k);
     const PathState &path = c.paths[id];
-    const float alpha = hit_alpha(*c.scene, at, filtered_direction(*a, k), path.ray_kind);
+    const float alpha = hit_alpha(*c.scene, at, filtered_direction(*a, k), path, false, c.passed[id]);
     if (alpha >= 1.0f) continue;
     if (alpha_number(path.random, path.bounce, c.block_seed, at.instance, at.triangle) < alpha) continue;
     a->valid[k] = 0;
@@ -115,14 +115,15 @@ void filter_shadow(const embree::FilterArguments *a) {
     if (a->valid[k] == 0) continue;
     const Hit at = filtered_hit(c, *a, k);
     const auto id = filter_field<std::uint32_t>(a->ray, kRayId, *a, k);
-    const vec3 share = hit_transparency(*c.scene, at, filtered_direction(*a, k), VISIBLE_SHADOW);
+    const PathState &path = *c.shadow_paths[id];
+    const vec3 share = hit_transparency(*c.scene, at, filtered_direction(*a, k), path, true, c.passed[id]);
     const float left = max_component(share);
     if (left > 0.0f && crossed_before(c, id, at)) {
       a->valid[k] = 0;
       continue;
     }
     c.kept[id] *= share;
-    const uint crossed = c.before[id] + ++c.passed[id];
+    const uint crossed = path.transparent_bounces + ++c.passed[id];
     if (left > 0.0f && (crossed <= c.limit || c.limit >= TRANSPARENT_UNLIMITED)) a->valid[k] = 0;
   }
 }

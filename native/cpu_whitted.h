@@ -73,21 +73,23 @@ struct Passage {
   float kept = 1.0f;             // share that surfaces with alpha below 1 leave
   float left = 0.0f;             // distance to the light
   uint panes = 0;
-  uint crossed = 0;  // by the path and since
+  uint crossed = 0;  // surfaces with alpha below 1
 };
 
 // Takes a shadow ray that met `hit` across it, straight on. Returns false where the surface stops it.
-bool cross_surface(const RenderJob &job, const Hit &hit, embree::RayHit<kWidth> &p, std::size_t k, Passage &passage) {
+bool cross_surface(const RenderJob &job, const Hit &hit, const PathState *path, embree::RayHit<kWidth> &p,
+                   std::size_t k, Passage &passage) {
   const SceneData &scene = *job.scene;
   const vec3 direction = packet_direction(p, k);
   Surface s;
   surface_from_hit(scene, hit, direction, s);
-  const float alpha = FEATURE(FEATURE_TRANSPARENCY) ? hit_alpha(scene, hit, direction, VISIBLE_SHADOW) : 1.0f;
+  float alpha = 1.0f;
+  if (FEATURE(FEATURE_TRANSPARENCY)) alpha = hit_alpha(scene, hit, direction, *path, true, passage.crossed);
   if (alpha < 1.0f) {
     passage.kept *= 1.0f - alpha;
     const uint most = job.limits.transparent_bounces;
     const uint limit = most < TRANSPARENT_UNLIMITED ? most : kMostCrossings;
-    if (++passage.crossed > limit || !(passage.kept > 0.0f)) return false;
+    if (path->transparent_bounces + ++passage.crossed > limit || !(passage.kept > 0.0f)) return false;
   } else {
     const ClassicMaterial &classic = scene.classic.v[s.material];
     if (++passage.panes > WHITTED_PANES) return false;
@@ -116,7 +118,6 @@ void see_through(const Tracer &t, const embree::Ray<kWidth> &asked, int count, e
   for (std::size_t k = 0; k < kWidth; ++k) {
     valid[k] = static_cast<int>(k) < count && !(answered.tfar[k] >= 0.0f) ? -1 : 0;
     passages[k].left = asked.tfar[k];
-    if (FEATURE(FEATURE_TRANSPARENCY)) passages[k].crossed = alpha_of(t.arguments)->before[k];
     p.hit.geom_id[k] = p.hit.inst_id[k] = embree::kInvalidId;
     any |= valid[k] != 0;
   }
@@ -137,7 +138,7 @@ void see_through(const Tracer &t, const embree::Ray<kWidth> &asked, int count, e
         if (FEATURE(FEATURE_TRANSPARENCY) && t.arguments.context != nullptr) {
           alpha_of(t.arguments)->kept[k] = vec3(passages[k].kept);
         }
-      } else if (cross_surface(t.job, hit, p, k, passages[k])) {
+      } else if (cross_surface(t.job, hit, t.batch.shadow_paths[k], p, k, passages[k])) {
         valid[k] = -1;
         any = true;
       }

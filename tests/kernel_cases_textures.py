@@ -130,7 +130,9 @@ NORMALS = [
     Case(
         'transparency',
         'index = triangle_material(scene, hit.instance, hit.triangle);'
-        'through = hit_transparency(scene, hit, wo, VISIBLE_CAMERA); alpha = hit_alpha(scene, hit, wo, VISIBLE_CAMERA);'
+        'PathState path; path_begin(bits, path); path.transparent_bounces = bounce;'
+        'through = hit_transparency(scene, hit, wo, path, false, 1u);'
+        'alpha = hit_alpha(scene, hit, wo, path, true, 2u);'
         'number = alpha_number(bits, bounce, seed, hit.instance, hit.triangle);',
         {'hit': ('Hit', hits), 'wo': WO, 'bits': UINT, 'bounce': ('uint', integers(20)), 'seed': UINT},
         {'index': 'uint', 'through': 'vec3', 'alpha': 'float', 'number': 'float'},
@@ -148,7 +150,8 @@ NORMALS = [
     ),
     Case(
         'emitters_textured',
-        'radiance = emitter_radiance(scene, LOAD(scene.emitters, index), vec2(0.5f * u, 0.5f * v), wo, 1.0f);',
+        'PathState path; path_begin(1u, path);'
+        'radiance = emitter_radiance(scene, path, LOAD(scene.emitters, index), vec2(0.5f * u, 0.5f * v), wo, 1.0f);',
         {'index': ('uint', integers(7)), 'u': UNIT, 'v': UNIT, 'wo': WO},
         {'radiance': 'vec3'},
         STEPS,
