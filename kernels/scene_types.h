@@ -41,11 +41,14 @@ const uint VISIBLE_GLOSSY = 4u;
 const uint VISIBLE_TRANSMISSION = 8u;
 const uint VISIBLE_VOLUME = 16u;
 const uint VISIBLE_SHADOW = 32u;
-const uint VISIBLE_ALL = 63u;
+const uint VISIBLE_ALL = 63u;      // to some ray of a path
+const uint VISIBLE_RAYCAST = 64u;  // to the rays of Raycast nodes
+const uint VISIBLE_ANYHOW = 127u;
 // Beside the kind of a ray:
-const uint RAY_MEETS_LAMPS = 64u;  // it left a MATERIAL_SHARP
-const uint RAY_SINGULAR = 128u;    // it left a mirror or clear glass
-const uint RAY_REFLECTED = 256u;   // it left a surface on the side that it came from
+const uint RAY_SINGULAR = 128u;     // it left a mirror or clear glass
+const uint RAY_REFLECTED = 256u;    // it left a surface on the side that it came from
+const uint RAY_MEETS_LAMPS = 512u;  // it left a MATERIAL_SHARP
+const uint RAY_BLURRED = 1024u;     // on its way, the path was scattered widely
 
 const uint INVALID_ID = 0xffffffffu;
 
@@ -353,6 +356,14 @@ BUFFER_REF(MeshTextures, MeshTexturesBuffer)
 BUFFER_REF(ObjectSpace, ObjectSpaceBuffer)
 BUFFER_REF(InstanceInfo, InstanceInfoBuffer)
 
+// What traces the rays of programs on a CPU (program/rays.h); elsewhere a stage has its own way (trace.glsl).
+#ifdef __cplusplus
+struct RayTracer;
+BUFFER_REF(RayTracer, RayTracerBuffer)
+#else
+BUFFER_REF(uint, RayTracerBuffer)
+#endif
+
 // The whole scene, as a kernel sees it.
 RECORD(SceneData) {
   LightBuffer lights;
@@ -384,6 +395,7 @@ RECORD(SceneData) {
   ObjectSpaceBuffer object_spaces;  // [instances], null where no program asks
   InstanceInfoBuffer instance_infos;  // [instances], null where no program asks
   Vec4Buffer instance_attributes;  // [layers * instances]
+  RayTracerBuffer tracer;  // null where no program traces rays
   ObjectSpace camera_space;  // x to the right, y up, z forward
   vec4 camera_window;  // left, bottom, 1 / width, 1 / height of the picture at distance 1, or in metres
   uint camera_orthographic;
@@ -395,12 +407,13 @@ RECORD(SceneData) {
   uint texture_count;
   ProgramPart world_program;  // of a world that varies; end 0: `world` is all of it
   uint world_constants;
+  uint seed;  // of the random numbers of programs
 };
 
 #ifdef __cplusplus
 static_assert(sizeof(Light) == 112 && sizeof(Material) == 64 && sizeof(Mesh) == 56 && sizeof(Instance) == 112 &&
               sizeof(Emitter) == 88 && sizeof(LightShape) == 32 && sizeof(MaterialModel) == 160 &&
-              sizeof(ClassicMaterial) == 64 && sizeof(SceneData) == 336);
+              sizeof(ClassicMaterial) == 64 && sizeof(SceneData) == 344);
 static_assert(sizeof(Texture) == 32 && sizeof(MeshTextures) == 128 && sizeof(ObjectSpace) == 64 &&
               sizeof(InstanceInfo) == 32);
 }  // namespace cotorra

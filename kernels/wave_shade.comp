@@ -3,7 +3,9 @@
 // Lanes at a surface that may be lit go into the shading queue.
 #version 460
 #extension GL_GOOGLE_include_directive : require
+#define PROGRAM_RAYS  // programs trace rays here
 #include "stage.glsl"
+#include "trace.glsl"
 #include "whitted.glsl"
 
 void meet_lights(uint lane, PathState path, CameraRay ray, float t) {

@@ -7,6 +7,7 @@
 #include <array>
 #include <cmath>
 #include <stdexcept>
+#include <utility>
 
 #include "../kernels/program/ops.h"
 #include "../kernels/program/table_ops.h"
@@ -226,6 +227,19 @@ class Compiler {
     return !nothing_kept || (surface_.empty() && is_nothing(emission_));
   }
 
+  bool traces_rays(Value v) const {
+    std::vector<char> met(graph_.size(), 0);
+    std::vector<Value> waiting{v};
+    while (!waiting.empty()) {
+      const Value at = waiting.back();
+      waiting.pop_back();
+      if (std::exchange(met[static_cast<std::size_t>(at)], 1) != 0 || graph_.is_constant(at)) continue;
+      if (program_group(graph_[at].op->number) == GROUP_RAYS) return true;
+      waiting.insert(waiting.end(), graph_[at].arguments.begin(), graph_[at].arguments.end());
+    }
+    return false;
+  }
+
   // Takes emission and what lies behind out of the closures, and leaves the lobes.
   void split() {
     emission_ = transparency_ = graph_.constant(0.0f);
@@ -254,7 +268,8 @@ class Compiler {
           surface_.push_back(std::move(c));
       }
     }
-    grey_ = hides_what_it_keeps();
+    // What asks rays is asked where the surface is shaded, since Embree's filters trace none.
+    grey_ = hides_what_it_keeps() && !traces_rays(transparency_);
     if (!grey_ || is_nothing(transparency_)) return;
     // Rays are let through before the surface is shaded: what it does, it does with the share that is stopped.
     const Value opacity = graph_.subtract(graph_.constant(1.0f), transparency_);

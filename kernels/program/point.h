@@ -30,7 +30,8 @@ struct ShaderPoint {
   uint glossy_bounces;
   uint transmission_bounces;
   uint transparent_bounces;
-  uint unused;
+  uint random;      // reversed sampler index
+  uint rays;        // seed of what the ops of rays.h draw here; 0: they trace none
 };
 
 FN ShaderPoint shader_point(IN(Surface) s, vec3 wo, float t) {
@@ -52,7 +53,8 @@ FN ShaderPoint shader_point(IN(Surface) s, vec3 wo, float t) {
   at.glossy_bounces = 0u;
   at.transmission_bounces = 0u;
   at.transparent_bounces = 0u;
-  at.unused = 0u;
+  at.random = 0u;
+  at.rays = 0u;
   return at;
 }
 
@@ -76,7 +78,8 @@ FN ShaderPoint background_point(vec3 direction) {
   at.glossy_bounces = 0u;
   at.transmission_bounces = 0u;
   at.transparent_bounces = 0u;
-  at.unused = 0u;
+  at.random = 0u;
+  at.rays = 0u;
   return at;
 }
 
@@ -96,6 +99,11 @@ FN void point_differentials(IN(ShaderPoint) at, OUT(vec3) dx, OUT(vec3) dy) {
   across = safe_normalize(across, len);
   dx = across * at.footprint;
   dy = cross(n, across) * at.footprint;
+}
+
+// How much of a footprint: what the low 16 bits of a mode hold, a half float.
+FN float mode_share(uint bits) {
+  return uintBitsToFloat(((bits & 0x7fffu) << 13) + select((bits & 0x7c00u) == 0u, 0u, 0x38000000u));
 }
 
 FN vec3 triangle_corner(IN(SceneData) scene, IN(Instance) instance, uint vertex) {
@@ -221,7 +229,7 @@ FN vec3 normal_to_object(IN(NormalFrame) f, vec3 n) {
 }
 
 #ifdef __cplusplus
-static_assert(sizeof(ShaderPoint) == 104);
+static_assert(sizeof(ShaderPoint) == 108);
 }  // namespace cotorra
 #endif
 
