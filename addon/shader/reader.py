@@ -32,6 +32,9 @@ Shift = tuple[int, float]
 HERE: Shift = (0, 1.0)
 
 
+OCCLUSION_DISTANCE = 10.0  # Blender's default, of the world
+
+
 class UnreadError(Exception):
     """A node that cannot be read; the text says why. The input that it feeds keeps its own value."""
 
@@ -42,10 +45,12 @@ class Scene:
 
     images:     where images go.
     view_layer: finds an attribute of the view layer, as four numbers.
+    occlusion_distance: metres that Ambient Occlusion nodes see whose own distance is 0.
     """
 
     images: ImageTable
     view_layer: Callable[[str], tuple[float, float, float, float]]
+    occlusion_distance: float = OCCLUSION_DISTANCE
 
 
 UNKNOWN = object()  # of an output that was not read yet
