@@ -218,7 +218,6 @@ ROOFS: dict[str, Surface] = {
     'transparent depth lets through': see_through(path_says('Transparent Depth')),
     'depth emits': bright(path_says('Ray Depth')),
     'camera rays see it emit': bright(path_says('Is Camera Ray')),
-    'diffuse rays see it emit': bright(path_says('Is Diffuse Ray')),
     'occlusion emits': bright(occlusion()),
 }
 
