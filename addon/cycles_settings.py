@@ -178,6 +178,7 @@ GROUPS = {
     ),
     'Object': Group(
         read='visible_camera visible_diffuse visible_glossy visible_transmission visible_volume_scatter visible_shadow '
+        'visible_raycast '
         'is_holdout is_shadow_catcher lightgroup pass_index shadow_terminator_geometry_offset matrix_world',
         named=(
             Named(
@@ -191,7 +192,7 @@ GROUPS = {
             'use_parent_final_indices track_axis up_axis instance_* use_instance_*',
             'in the depsgraph': 'hide_render hide_viewport show_instancer_* add_rest_position_attribute '
             'use_simulation_cache active_shape_key_index show_only_shape_key use_shape_key_edit_mode',
-            'nodes that read it are named with their material': 'color visible_raycast',
+            'nodes that read it are named with their material': 'color',
             EEVEE: 'hide_probe_* shadow_terminator_normal_offset use_grease_pencil_lights',
             EDITING: 'active_* display_* empty_* hide_select hide_surface_pick lock_* show_* use_empty_image_alpha '
             'use_mesh_mirror_*',

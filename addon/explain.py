@@ -121,8 +121,9 @@ def material_buffers(
     def attribute(name: str) -> tuple[float, float, float, float]:
         return view_layer_value(depsgraph.scene_eval, view_layer, name)
 
+    read_with = shader.Scene(images, attribute, shader.occlusion_distance(scene))
     trees = Trees(log.checkpoint, warnings.append)
-    draft = shader.shaders_of(material, trees, shader.Scene(images, attribute), warnings.append)
+    draft = shader.shaders_of(material, trees, read_with, warnings.append)
     needed = layers.plan([], [draft], [0])
     return square(draft.resolved(needed.numbers), needed, tuple(images.images)), draft.notes
 

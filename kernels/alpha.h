@@ -10,8 +10,10 @@
 namespace cotorra {
 #endif
 
-// Share of the light that goes on behind the surface where a ray met it.
-FN vec3 hit_transparency(IN(SceneData) scene, IN(Hit) hit, vec3 direction, uint ray_kind) {
+// Share of the light that goes on behind the surface where a ray of the path met it; or a shadow ray from the vertex
+// that the path's ray met. `crossed`: surfaces that the ray itself passed before.
+FN vec3 hit_transparency(IN(SceneData) scene, IN(Hit) hit, vec3 direction, IN(PathState) path, bool shadow,
+                         uint crossed) {
   const uint index = triangle_material(scene, hit.instance, hit.triangle);
   const Material material = LOAD(scene.materials, index);
   if ((material.flags & MATERIAL_TRANSPARENT) == 0u) return vec3(0.0f);
@@ -22,16 +24,22 @@ FN vec3 hit_transparency(IN(SceneData) scene, IN(Hit) hit, vec3 direction, uint 
     surface_from_hit(scene, hit, direction, s);
     at = shader_point(s, -direction, hit.t);
   }
-  at.ray_kind = ray_kind;
+  at.footprint = path.footprint;
+  path_counts(path, at);
+  at.transparent_bounces += crossed;
+  if (shadow) {  // one vertex further, as in Cycles
+    at.ray_kind = VISIBLE_SHADOW;
+    at.bounce += 1u;
+  }
   return material_transparency(scene, index, at);
 }
 
 // Share that the surface stops of a ray that is let through whole or not at all. Where what is let through has a
 // colour, the surface stops all of it, and its shading lets it go on.
-FN float hit_alpha(IN(SceneData) scene, IN(Hit) hit, vec3 direction, uint ray_kind) {
+FN float hit_alpha(IN(SceneData) scene, IN(Hit) hit, vec3 direction, IN(PathState) path, bool shadow, uint crossed) {
   const uint index = triangle_material(scene, hit.instance, hit.triangle);
   if ((LOAD(scene.materials, index).flags & MATERIAL_TINTED) != 0u) return 1.0f;
-  return 1.0f - hit_transparency(scene, hit, direction, ray_kind).x;
+  return 1.0f - hit_transparency(scene, hit, direction, path, shadow, crossed).x;
 }
 
 // A number in [0, 1) for a path's ray at a triangle: below the alpha there, the ray is stopped. Of neighbouring samples
@@ -42,8 +50,9 @@ FN float alpha_number(uint random, uint bounce, uint block_seed, uint instance, 
 }
 
 // Does the surface let a path's ray through? At random, in proportion to what it keeps.
-FN bool lets_through(IN(SceneData) scene, IN(Hit) hit, vec3 direction, IN(PathState) path, uint block_seed) {
-  const float alpha = hit_alpha(scene, hit, direction, path.ray_kind);
+FN bool lets_through(IN(SceneData) scene, IN(Hit) hit, vec3 direction, IN(PathState) path, uint crossed,
+                     uint block_seed) {
+  const float alpha = hit_alpha(scene, hit, direction, path, false, crossed);
   if (alpha >= 1.0f) return false;
   return alpha_number(path.random, path.bounce, block_seed, hit.instance, hit.triangle) >= alpha;
 }

@@ -26,7 +26,8 @@ const uint PAIR_PICK = 3u;      // which emitter; which lamp, where not all are 
 const uint PAIR_LIGHTS = 4u;    // one for each lamp
 const uint PAIR_WORLD = 253u;   // direction to the world
 const uint PAIR_CLOSURE = 254u; // which closure of the surface
-const uint LAST_SHARED_PAIR = 249u;  // lamps beyond share them
+const uint PAIR_RAYS = 252u;    // rays of its program
+const uint LAST_SHARED_PAIR = 248u;  // lamps beyond share them
 FN uint vertex_pair(uint bounce, uint pair) { return PAIRS_BEFORE_VERTICES + bounce * PAIRS_PER_VERTEX + pair; }
 
 struct IntegratorData {
@@ -143,6 +144,9 @@ FN ShaderPoint path_point(IN(SceneData) scene, IN(PathState) path, IN(Surface) s
   const float spread = path_spread(scene, path, wo) * select(scene.camera_orthographic != 0u, 1.0f, t);
   at.footprint = path.footprint + spread;
   path_counts(path, at);
+  // Blocks of pixels share these numbers: they lie further apart than anyone sees.
+  at.random = path.random;
+  at.rays = sampler_pair_seed(scene.seed, vertex_pair(path.vertex, PAIR_RAYS)) | 1u;
   return at;
 }
 
@@ -397,7 +401,8 @@ FN uint path_pick_light(IN(SceneData) scene, IN(Surface) s, bool both_sides, flo
   return chosen > 0.0f ? pick : INVALID_ID;
 }
 
-// What an emitting triangle sends out along -wi at barycentric coordinates b, and is not let through there.
+// What an emitting triangle sends out along -wi at barycentric coordinates b, and is not let through there. As in
+// Cycles, it knows the number of bounces and not the kind of ray.
 FN vec3 emitter_radiance(IN(SceneData) scene, IN(PathState) path, IN(Emitter) e, vec2 b, vec3 wi, float distance) {
   if (!FEATURE(FEATURE_PROGRAMS | FEATURE_TRANSPARENCY)) return e.radiance;
   const Material material = LOAD(scene.materials, e.material);
@@ -494,6 +499,9 @@ FN bool path_sample_world(IN(SceneData) scene, IN(PathState) path, IN(Surface) s
   return true;
 }
 
+// Directions of a lower density are so wide that nobody sees a bevelled edge in them (Cycles' bound).
+const float BLURRED_PDF = 8.0f;
+
 // A ray grows no narrower on its way.
 FN void path_leave(IN(SceneData) scene, float spread, INOUT(PathState) path, IN(Surface) s) {
   if (scene.camera_orthographic == 0u) path.footprint += spread * s.t;
@@ -516,6 +524,8 @@ FN bool path_advance(IN(SceneData) scene, IN(IntegratorData) integrator, INOUT(P
   path.kind_weight = vec3(1.0f);
   path.normal = select(through, -s.n, s.n);
   path.bounce += 1u;
+  uint blurred = path.ray_kind & RAY_BLURRED;
+  if (path.pdf > 0.0f && path.pdf < BLURRED_PDF) blurred = RAY_BLURRED;
   if (through) {
     path.transmission_bounces += 1u;
     path.ray_kind = VISIBLE_TRANSMISSION;
@@ -529,7 +539,7 @@ FN bool path_advance(IN(SceneData) scene, IN(IntegratorData) integrator, INOUT(P
   if ((b.lobe & BSDF_SHARP) != 0u) path.ray_kind |= RAY_MEETS_LAMPS;
   if (singular) path.ray_kind |= RAY_SINGULAR;
   if (!through) path.ray_kind |= RAY_REFLECTED;
-  path.ray_kind |= shown;
+  path.ray_kind |= shown | blurred;
   // Russian roulette: survive in proportion to what the path still carries, as it will look (square root).
   if (path.bounce >= integrator.roulette_start) {
     const float survival = min(sqrt(max_component(path.throughput)), 1.0f);

@@ -43,12 +43,15 @@ const uint VISIBLE_GLOSSY = 4u;
 const uint VISIBLE_TRANSMISSION = 8u;
 const uint VISIBLE_VOLUME = 16u;
 const uint VISIBLE_SHADOW = 32u;
-const uint VISIBLE_ALL = 63u;
+const uint VISIBLE_ALL = 63u;      // to some ray of a path
+const uint VISIBLE_RAYCAST = 64u;  // to the rays of Raycast nodes
+const uint VISIBLE_ANYHOW = 127u;
 // Beside the kind of a ray:
-const uint RAY_MEETS_LAMPS = 64u;  // it left a MATERIAL_SHARP
-const uint RAY_SINGULAR = 128u;    // it left a mirror or clear glass
-const uint RAY_REFLECTED = 256u;   // it left a surface on the side that it came from
-const uint RAY_SHOWN = 512u;       // mirrors and clear glass lie behind it, and no surface that a denoiser was shown
+const uint RAY_SINGULAR = 128u;     // it left a mirror or clear glass
+const uint RAY_REFLECTED = 256u;    // it left a surface on the side that it came from
+const uint RAY_MEETS_LAMPS = 512u;  // it left a MATERIAL_SHARP
+const uint RAY_BLURRED = 1024u;     // on its way, the path was scattered widely
+const uint RAY_SHOWN = 2048u;  // mirrors and clear glass lie behind it, and no surface that a denoiser was shown
 
 // What a ray that left a diffuse surface does not meet (SceneData.no_caustics).
 const uint CAUSTICS_REFLECTIVE = 1u;
@@ -64,7 +67,7 @@ const uint LIGHT_AREA = 3u;
 const uint LIGHT_SOFT_FALLOFF = 1u;  // a disk that faces the shading point; else a sphere
 const uint LIGHT_CAST_SHADOW = 2u;
 const uint LIGHT_VISIBLE = 4u;  // bounces can meet it; light sampling then shares the work with them
-const uint LIGHT_SEEN = 8u;     // the camera's rays can meet it
+const uint LIGHT_SEEN = 8u;  // the camera's rays can meet it
 // Where passes show lamps one by one, `group` of a lamp holds its pass, counted from 1, above this bit. A light group
 // fills the bits below, all of them set for none.
 const uint LAMP_PASS_SHIFT = 16u;
@@ -74,57 +77,57 @@ const uint LIGHT_PROGRAM = 64u;  // its shader varies: a LightProgram says how
 
 // One lamp. World space; radiometric quantities in the scene's linear colour space.
 struct Light {
-  vec3 position;      // point, spot, area: metres
-  float radius;       // point, spot: metres, 0 = delta; area: of the circle about it
-  vec3 axis;          // unit, from the light into the scene (local -Z); sun: the direction of travel
-  float cos_spot;     // cos(spot_size / 2)
-  vec3 radiance;      // size above 0: emitted radiance; delta: intensity (W/sr) or, sun, irradiance (W/m2)
-  float spot_scale;   // 1 / ((1 - cos_spot) * blend); large for a hard edge
-  vec3 local_x;       // rows of the world-to-local rotation, for spots that are sheared or scaled; area: unit
-  float cos_sun;      // sun: cos(angle / 2)
+  vec3 position;  // point, spot, area: metres
+  float radius;  // point, spot: metres, 0 = delta; area: of the circle about it
+  vec3 axis;  // unit, from the light into the scene (local -Z); sun: the direction of travel
+  float cos_spot;  // cos(spot_size / 2)
+  vec3 radiance;  // size above 0: emitted radiance; delta: intensity (W/sr) or, sun, irradiance (W/m2)
+  float spot_scale;  // 1 / ((1 - cos_spot) * blend); large for a hard edge
+  vec3 local_x;  // rows of the world-to-local rotation, for spots that are sheared or scaled; area: unit
+  float cos_sun;  // sun: cos(angle / 2)
   vec3 local_y;
-  uint type;          // LIGHT_*
+  uint type;  // LIGHT_*
   vec3 local_z;
-  uint flags;         // LIGHT_SOFT_FALLOFF ...
-  uint visibility;    // VISIBLE_*: which rays meet the light
-  int group;          // light group, -1 = none; see LAMP_PASS_SHIFT
-  uint max_bounces;   // last bounce that this light lights
-  uint name_index;    // position in the exporter's list, for messages
-  float half_u;       // area: half the width along local_x, metres
-  float half_v;       // along local_y
-  float tan_spread;   // area: tangent of half the angle within which it shines, 0: a beam
-  float spread_scale; // 1 / (tan(h) - h) of that half angle h: the power stays the same
+  uint flags;  // LIGHT_SOFT_FALLOFF ...
+  uint visibility;  // VISIBLE_*: which rays meet the light
+  int group;  // light group, -1 = none; see LAMP_PASS_SHIFT
+  uint max_bounces;  // last bounce that this light lights
+  uint name_index;  // position in the exporter's list, for messages
+  float half_u;  // area: half the width along local_x, metres
+  float half_v;  // along local_y
+  float tan_spread;  // area: tangent of half the angle within which it shines, 0: a beam
+  float spread_scale;  // 1 / (tan(h) - h) of that half angle h: the power stays the same
 };
 
 const uint FALLOFF_PHYSICAL = 0u;
 const uint FALLOFF_RANGED = 1u;
 const uint FALLOFF_POLYNOMIAL = 2u;
 const uint SPOT_EDGE_BLENDER = 0u;
-const uint SPOT_EDGE_LINEAR = 1u;   // in the angle
+const uint SPOT_EDGE_LINEAR = 1u;  // in the angle
 const uint SPOT_EDGE_SQUARED = 2u;  // the square of a ramp in the cosine
 
 // How a lamp with LIGHT_SHAPED falls off with distance and at the edge of its cone.
 struct LightShape {
-  uint falloff;         // FALLOFF_*
-  uint edge;            // SPOT_EDGE_*
+  uint falloff;  // FALLOFF_*
+  uint edge;  // SPOT_EDGE_*
   float inverse_range;  // 1/m
-  float c0;             // of 1 / (c0 + c1 d + c2 d^2)
+  float c0;  // of 1 / (c0 + c1 d + c2 d^2)
   float c1;
   float c2;
-  float edge_end;    // outer angle; SPOT_EDGE_SQUARED: 1 - cos of it
+  float edge_end;  // outer angle; SPOT_EDGE_SQUARED: 1 - cos of it
   float edge_scale;  // 1 / (outer - inner) of the same quantity; large for a hard edge
 };
 
-const uint MATERIAL_EMISSIVE = 1u;     // emission is not black
-const uint MATERIAL_SPECULAR = 2u;     // has a dielectric or metallic lobe
-const uint MATERIAL_DIFFUSE = 4u;      // has a diffuse lobe
+const uint MATERIAL_EMISSIVE = 1u;  // emission is not black
+const uint MATERIAL_SPECULAR = 2u;  // has a dielectric or metallic lobe
+const uint MATERIAL_DIFFUSE = 4u;  // has a diffuse lobe
 const uint MATERIAL_TRANSPARENT = 8u;  // alpha below 1
-const uint MATERIAL_SAMPLED = 32u;     // its triangles are sampled as lights
-const uint MATERIAL_SHARP = 256u;      // highlights narrower than a lamp may look: bounces meet lamps, too
-const uint MATERIAL_MULTI_GGX = 16u;   // microfacet energy is preserved (Blender's "Multiscatter GGX")
-const uint MATERIAL_PROGRAM = 512u;    // a part of it varies (MaterialProgram)
-const uint MATERIAL_TINTED = 2048u;    // what it lets through has a colour: a program says what
-const uint MATERIAL_MODEL = 1024u;     // its reflection model is not Principled
+const uint MATERIAL_SAMPLED = 32u;  // its triangles are sampled as lights
+const uint MATERIAL_SHARP = 256u;  // highlights narrower than a lamp may look: bounces meet lamps, too
+const uint MATERIAL_MULTI_GGX = 16u;  // microfacet energy is preserved (Blender's "Multiscatter GGX")
+const uint MATERIAL_PROGRAM = 512u;  // a part of it varies (MaterialProgram)
+const uint MATERIAL_TINTED = 2048u;  // what it lets through has a colour: a program says what
+const uint MATERIAL_MODEL = 1024u;  // its reflection model is not Principled
 const uint MATERIAL_INDEX_SHIFT = 14u;  // above: of a MATERIAL_MODEL, its place in SceneData.models
 
 // One material: Principled BSDF, as far as it is a constant.
@@ -132,12 +135,12 @@ struct Material {
   vec3 base_color;
   float metallic;
   vec3 specular_tint;
-  float roughness;        // as the user sets it; alpha = roughness squared
-  vec3 emission;          // colour times strength, W/(sr m2)
+  float roughness;  // as the user sets it; alpha = roughness squared
+  vec3 emission;  // colour times strength, W/(sr m2)
   float ior;
-  float specular_level;   // "Specular IOR Level", 0.5 = as the IOR says
+  float specular_level;  // "Specular IOR Level", 0.5 = as the IOR says
   float alpha;
-  uint flags;             // MATERIAL_*
+  uint flags;  // MATERIAL_*
   int pass_index;
 };
 
@@ -211,35 +214,35 @@ BUFFER_REF(uvec3, Uvec3Buffer)
 // One triangle mesh. Buffers that a mesh does not have are null, and its flags say so.
 const uint MESH_SMOOTH_VERTEX = 1u;  // normals has one entry a vertex
 const uint MESH_SMOOTH_CORNER = 2u;  // normals has one entry a corner
-const uint MESH_HAS_UV = 4u;         // uv has one entry a corner
-const uint MESH_HAS_SLOTS = 8u;      // material slot per triangle
-const uint MESH_HAS_GENERATED = 16u; // MeshTextures.generated has one entry a vertex
+const uint MESH_HAS_UV = 4u;  // uv has one entry a corner
+const uint MESH_HAS_SLOTS = 8u;  // material slot per triangle
+const uint MESH_HAS_GENERATED = 16u;  // MeshTextures.generated has one entry a vertex
 
 struct Mesh {
-  Vec3Buffer positions;    // [vertices], object space, or world space where the mesh is not instanced
-  Uvec3Buffer triangles;   // [triangles] vertex indices
-  Uvec3Buffer corners;     // [triangles] corner indices
+  Vec3Buffer positions;  // [vertices], object space, or world space where the mesh is not instanced
+  Uvec3Buffer triangles;  // [triangles] vertex indices
+  Uvec3Buffer corners;  // [triangles] corner indices
   Vec3Buffer normals;
   Vec2Buffer uv;
-  UintBuffer slots;        // [triangles] material slot
-  uint flags;              // MESH_*
+  UintBuffer slots;  // [triangles] material slot
+  uint flags;  // MESH_*
   uint triangle_count;
 };
 
 // One object in the scene.
 struct Instance {
-  vec3 x_axis;        // object-to-world, by columns; identity where the mesh is in world space already
+  vec3 x_axis;  // object-to-world, by columns; identity where the mesh is in world space already
   uint mesh;
   vec3 y_axis;
-  uint material_base; // its first material in `material_slots`
+  uint material_base;  // its first material in `material_slots`
   vec3 z_axis;
   uint material_count;
   vec3 origin;
   int pass_index;
-  vec3 normal_x;      // columns of the inverse transpose, for normals
+  vec3 normal_x;  // columns of the inverse transpose, for normals
   uint visibility;
   vec3 normal_y;
-  uint flags;         // INSTANCE_*
+  uint flags;  // INSTANCE_*
   vec3 normal_z;
   int light_group;
 };
@@ -383,6 +386,14 @@ BUFFER_REF(ObjectSpace, ObjectSpaceBuffer)
 BUFFER_REF(InstanceInfo, InstanceInfoBuffer)
 BUFFER_REF(LightProgram, LightProgramBuffer)
 
+// What traces the rays of programs on a CPU (program/rays.h); elsewhere a stage has its own way (trace.glsl).
+#ifdef __cplusplus
+struct RayTracer;
+BUFFER_REF(RayTracer, RayTracerBuffer)
+#else
+BUFFER_REF(uint, RayTracerBuffer)
+#endif
+
 // The whole scene, as a kernel sees it.
 RECORD(SceneData) {
   LightBuffer lights;
@@ -416,6 +427,7 @@ RECORD(SceneData) {
   InstanceInfoBuffer instance_infos;  // [instances], null where no program asks
   Vec4Buffer instance_attributes;  // [layers * instances]
   FloatBuffer world_table;  // cumulated brightness: [world_height][world_width], then of the rows [world_height]
+  RayTracerBuffer tracer;  // null where no program traces rays
   ObjectSpace camera_space;  // x to the right, y up, z forward
   vec4 camera_window;  // left, bottom, 1 / width, 1 / height of the picture at distance 1, or in metres
   uint camera_orthographic;
@@ -437,13 +449,13 @@ RECORD(SceneData) {
   uint world_sampled;  // VISIBLE_*: what lobes' light is drawn by the table; others see another world, or none
   uint world_max_bounces;  // last bounce that it lights
   float sharp_roughness;  // Principled: from here on bounces leave lamps to light sampling
-  uint unused;
+  uint seed;  // of the random numbers of programs
 };
 
 #ifdef __cplusplus
 static_assert(sizeof(Light) == 128 && sizeof(Material) == 64 && sizeof(Mesh) == 56 && sizeof(Instance) == 112 &&
               sizeof(Emitter) == 88 && sizeof(LightShape) == 32 && sizeof(MaterialModel) == 160 &&
-              sizeof(ClassicMaterial) == 64 && sizeof(SceneData) == 400);
+              sizeof(ClassicMaterial) == 64 && sizeof(SceneData) == 408);
 static_assert(sizeof(Texture) == 32 && sizeof(MeshTextures) == 128 && sizeof(ObjectSpace) == 64 &&
               sizeof(InstanceInfo) == 32 && sizeof(LightProgram) == 136);
 }  // namespace cotorra

@@ -28,7 +28,7 @@ struct AlphaContext {
   bool transparency = false;         // some material lets rays through
   std::array<uint, kWidth> left_instance{};  // and left_triangle: the triangle that the ray left, see surface_left
   std::array<uint, kWidth> left_triangle{};
-  std::array<uint, kWidth> before{};   // shadow rays: surfaces that their path crossed
+  std::array<const PathState *, kWidth> shadow_paths{};  // of the packet's shadow rays
   std::array<uint, kWidth> passed{};   // by the ray itself, whatever stops it later
   std::array<uint, kWidth> crossed_by_path{};  // paths: of those, what lies before the surface that was met
   std::array<vec3, kWidth> kept{};  // shadow rays: share of their light that is left
@@ -122,7 +122,7 @@ void filter_path(const embree::FilterArguments *a) {
     const Hit at = filtered_hit(c, *a, k);
     const auto id = filter_field<std::uint32_t>(a->ray, kRayId, *a, k);
     const PathState &path = c.paths[id];
-    if (!lets_through(*c.scene, at, filtered_direction(*a, k), path, c.block_seed)) continue;
+    if (!lets_through(*c.scene, at, filtered_direction(*a, k), path, c.passed[id], c.block_seed)) continue;
     a->valid[k] = 0;
     if (c.limits.transparent_bounces < TRANSPARENT_UNLIMITED && !crossed_before(c, id, at)) {
       note_pass(c, id, filter_field<float>(a->ray, kRayFar, *a, k));
@@ -142,13 +142,14 @@ void filter_shadow(const embree::FilterArguments *a) {
     }
     const Hit at = filtered_hit(c, *a, k);
     const auto id = filter_field<std::uint32_t>(a->ray, kRayId, *a, k);
-    const vec3 share = hit_transparency(*c.scene, at, filtered_direction(*a, k), VISIBLE_SHADOW);
+    const PathState &path = *c.shadow_paths[id];
+    const vec3 share = hit_transparency(*c.scene, at, filtered_direction(*a, k), path, true, c.passed[id]);
     if (max_component(share) > 0.0f && crossed_before(c, id, at)) {
       a->valid[k] = 0;
       continue;
     }
     c.kept[id] *= share;
-    const uint crossed = c.before[id] + ++c.passed[id];
+    const uint crossed = path.transparent_bounces + ++c.passed[id];
     if (shadow_kept(c.limits, crossed, max_component(c.kept[id])) > 0.0f) a->valid[k] = 0;
   }
 }

@@ -121,7 +121,7 @@ struct Batch final : Workspace {
   std::array<uint, kWidth> shadow_lane;
   std::array<vec3, kWidth> shadow_contribution;
   std::array<int, kWidth> shadow_group;
-  std::array<uint, kWidth> shadow_crossed;  // transparent surfaces of the path
+  std::array<const PathState *, kWidth> shadow_paths;
   int shadow_count = 0;
   std::vector<RecordedPacket> recorded;
   bool recording = false;

@@ -309,7 +309,7 @@ class Renderer {
     b_.shadow_lane[k] = static_cast<uint>(lane);
     b_.shadow_contribution[k] = ray.contribution;
     b_.shadow_group[k] = ray.group;
-    if (FEATURE(FEATURE_TRANSPARENCY)) b_.shadow_crossed[k] = b_.path[lane].transparent_bounces;
+    if (FEATURE(FEATURE_TRANSPARENCY)) b_.shadow_paths[k] = &b_.path[lane];
     if (++b_.shadow_count == kWidth) flush_shadow(bounce);
   }
 
@@ -320,7 +320,7 @@ class Renderer {
     if (b_.recording) b_.recorded.push_back({{b_.shadow, {}}, b_.shadow_count, arguments_.flags, true});
     embree::Ray<kWidth> asked;
     if (FEATURE(FEATURE_WHITTED)) asked = b_.shadow;
-    if (FEATURE(FEATURE_TRANSPARENCY)) b_.alpha_context.before = b_.shadow_crossed;
+    if (FEATURE(FEATURE_TRANSPARENCY)) b_.alpha_context.shadow_paths = b_.shadow_paths;
     occluded(*job_.rtc, valid, job_.bvh, &b_.shadow, &arguments_);
     if (FEATURE(FEATURE_WHITTED) && job_.classic.transparent_shadows) {
       see_through(tracer_, asked, b_.shadow_count, b_.shadow, b_.shadow_contribution.data());

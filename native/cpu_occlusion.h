@@ -18,7 +18,7 @@ void trace_sky(const Tracer &t, int lanes, uint pair_seed) {
   for (std::size_t i = 0; i < static_cast<std::size_t>(lanes); ++i) {
     ShadowRay ray;
     occlusion_ray(*t.job.scene, b.surface[i], vec2(b.u2[i], b.v2[i]), t.job.classic.occlusion_distance, ray);
-    queue.push(ray, b.surface[i], static_cast<uint>(i), b.path[i].transparent_bounces);
+    queue.push(ray, b.surface[i], static_cast<uint>(i), b.path[i]);
   }
   queue.flush();
 }

@@ -22,7 +22,7 @@ void count_lamps(const Tracer &t, int lanes) {
       if (ray.visibility == 0u) {
         ++lit[i];
       } else {
-        queue.push(ray, b.surface[i], static_cast<uint>(i), b.path[i].transparent_bounces);
+        queue.push(ray, b.surface[i], static_cast<uint>(i), b.path[i]);
       }
     }
   }

@@ -25,8 +25,8 @@ class VisibilityQueue {
  public:
   VisibilityQueue(const Tracer &tracer, Answer answer) : t_(tracer), answer_(answer) {}
 
-  // The ray leaves surface s; `crossed`: transparent surfaces that its path crossed.
-  void push(const ShadowRay &ray, const Surface &s, uint target, uint crossed) {
+  // The ray leaves surface s; `path`: the ray's, which must stay until the packet was traced.
+  void push(const ShadowRay &ray, const Surface &s, uint target, const PathState &path) {
     const auto k = static_cast<std::size_t>(count_);
     rays_.org_x[k] = ray.origin.x;
     rays_.org_y[k] = ray.origin.y;
@@ -40,7 +40,7 @@ class VisibilityQueue {
     rays_.mask[k] = ray.visibility;
     set_left(rays_, k, surface_left(*t_.job.scene, s, ray.origin, ray.direction));
     target_[k] = target;
-    crossed_[k] = crossed;
+    paths_[k] = &path;
     if (++count_ == kWidth) flush();
   }
 
@@ -49,7 +49,7 @@ class VisibilityQueue {
     alignas(64) int valid[kWidth];
     for (int k = 0; k < kWidth; ++k) valid[k] = k < count_ ? -1 : 0;
     if (t_.batch.recording) t_.batch.recorded.push_back({{rays_, {}}, count_, t_.arguments.flags, true});
-    if (FEATURE(FEATURE_TRANSPARENCY)) alpha_of(t_.arguments)->before = crossed_;
+    if (FEATURE(FEATURE_TRANSPARENCY)) alpha_of(t_.arguments)->shadow_paths = paths_;
     occluded(*t_.job.rtc, valid, t_.job.bvh, &rays_, &t_.arguments);
     // Embree sets tfar to -infinity where something is in the way.
     for (std::size_t k = 0; k < static_cast<std::size_t>(count_); ++k) {
@@ -64,7 +64,7 @@ class VisibilityQueue {
   Answer answer_;
   embree::Ray<kWidth> rays_{};
   std::array<uint, kWidth> target_{};
-  std::array<uint, kWidth> crossed_{};
+  std::array<const PathState *, kWidth> paths_{};
   int count_ = 0;
 };
 

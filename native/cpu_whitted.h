@@ -59,7 +59,7 @@ void see_through(const Tracer &t, const embree::Ray<kWidth> &asked, int count, e
     any = true;
     rays[k].direction = packet_direction(p, k);
     rays[k].t_max = asked.tfar[k];
-    passages[k] = {light[k], t.batch.path[t.batch.shadow_lane[k]].transparent_bounces, vec3(1.0f), 0u};
+    passages[k] = {light[k], 0u, vec3(1.0f), 0u};
   }
   // Every surface is met here: the filter of the first query knows nothing of glass.
   embree::QueryArguments arguments = t.arguments;
@@ -80,7 +80,8 @@ void see_through(const Tracer &t, const embree::Ray<kWidth> &asked, int count, e
         if (FEATURE(FEATURE_TRANSPARENCY) && t.arguments.context != nullptr) {
           alpha_of(t.arguments)->kept[k] = passages[k].kept;
         }
-      } else if (shadow_passes(lane_at(t, t.batch.shadow_lane[k]), hit, true, ray, t_min, passages[k])) {
+      } else if (shadow_passes(lane_at(t, t.batch.shadow_lane[k]), t.batch.path[t.batch.shadow_lane[k]], hit, true, ray,
+                               t_min, passages[k])) {
         if (t_min > 0.0f) {  // packets start at surfaces, not behind a distance
           Surface s;
           surface_from_hit(scene, hit, ray.direction, s);

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <random>
 #include <stdexcept>
+#include <utility>
 
 #include "../kernels/program/ops.h"
 #include "../kernels/program/table_ops.h"
@@ -261,6 +262,19 @@ class Compiler {
     return false;
   }
 
+  bool traces_rays(Value v) const {
+    std::vector<char> met(graph_.size(), 0);
+    std::vector<Value> waiting{v};
+    while (!waiting.empty()) {
+      const Value at = waiting.back();
+      waiting.pop_back();
+      if (std::exchange(met[static_cast<std::size_t>(at)], 1) != 0 || graph_.is_constant(at)) continue;
+      if (program_group(graph_[at].op->number) == GROUP_RAYS) return true;
+      waiting.insert(waiting.end(), graph_[at].arguments.begin(), graph_[at].arguments.end());
+    }
+    return false;
+  }
+
   // Does the share that is not let through say how much of the surface is there? Not where what is let through has a
   // colour, nor where it may be all while others are there, too.
   bool hides_what_it_keeps() const { return graph_.is_grey(transparency_) && !keeps_beside_all(); }
@@ -293,7 +307,8 @@ class Compiler {
           surface_.push_back(std::move(c));
       }
     }
-    grey_ = hides_what_it_keeps();
+    // What asks rays is asked where the surface is shaded, since Embree's filters trace none.
+    grey_ = hides_what_it_keeps() && !traces_rays(transparency_);
     if (!grey_ || is_nothing(transparency_)) return;
     // Rays are let through before the surface is shaded: what it does, it does with the share that is stopped.
     const Value opacity = graph_.subtract(graph_.constant(1.0f), transparency_);

@@ -276,7 +276,7 @@ void Scene::prepare_instances(const SceneInput &in) {
     instance.material_base = source.material_base[i];
     instance.material_count = source.material_count[i];
     instance.pass_index = source.pass_index[i];
-    instance.visibility = source.visibility[i] & VISIBLE_ALL;
+    instance.visibility = source.visibility[i] & VISIBLE_ANYHOW;
     instance.light_group = source.light_group[i];
     const float terminator = clamp(source.terminator[i], 0.0f, 1.0f);
     instance.flags = static_cast<uint>(std::lround(terminator * 65535.0f)) << INSTANCE_TERMINATOR_SHIFT;

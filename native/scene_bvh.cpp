@@ -4,6 +4,7 @@
 #include <chrono>
 #include <string>
 
+#include "../kernels/program/ops.h"
 #include "memory.h"
 #include "scene.h"
 
@@ -82,8 +83,9 @@ void Scene::build(int threads, const std::atomic<bool> &cancel) {
   void *cancel_pointer = const_cast<std::atomic<bool> *>(&cancel);
 
   // Only meshes that let rays through somewhere are asked about each hit; or all, where a ray must not meet the
-  // triangle that it left.
-  std::vector<bool> lets_through(meshes_.size(), lets_light_through_);
+  // triangle that it left, or programs trace rays.
+  const bool for_programs = ((surface_needs_.groups | emission_needs_.groups) & GROUP_RAYS) != 0;
+  std::vector<bool> lets_through(meshes_.size(), lets_light_through_ || for_programs);
   for (const Instance &instance : instances_) {
     for (uint s = 0; s < instance.material_count; ++s) {
       const Material &material = materials_[material_slots_[instance.material_base + s]];
@@ -123,7 +125,7 @@ void Scene::build(int threads, const std::atomic<bool> &cancel) {
     mesh_scenes_[k] = made(rtc.new_scene(device_));
     if (compact) rtc.set_scene_flags(mesh_scenes_[k], embree::kSceneCompact);
     rtc.set_scene_progress_monitor(mesh_scenes_[k], keep_building, cancel_pointer);
-    attach(mesh_scenes_[k], triangle_geometry(k), VISIBLE_ALL, 0);
+    attach(mesh_scenes_[k], triangle_geometry(k), VISIBLE_ANYHOW, 0);
     rtc.commit_scene(mesh_scenes_[k]);
     check_embree("building that of mesh '" + storage_[k].name + "'");
     instanced_ = true;

@@ -13,6 +13,7 @@
 #include <xmmintrin.h>
 #endif
 
+#include "../kernels/program/ops.h"
 #include "../kernels/sampling.h"
 #include "integrators.h"
 #include "memory.h"
@@ -168,6 +169,7 @@ Session::Session(std::shared_ptr<const Scene> scene, const CameraInput &camera, 
   if (passes_.terms || passes_.surface) job_.features |= scene_->features() & (FEATURE_SPECULAR | FEATURE_MODELS);
   if (passes_.emission) job_.features |= scene_->features() & FEATURE_EMISSIVE_MESHES;
   job_.seed = settings.seed;
+  scene_data_.seed = settings.seed;
   job_.program_registers = scene_->programs().registers;
   job_.sample_bits = std::min(static_cast<std::uint32_t>(std::bit_width(samples - 1u)), SAMPLE_BITS_MAX);
   job_.lights_at_once = kLightsAtOnce;
@@ -196,6 +198,9 @@ void Session::use_embree() {
   job_.embree_features = embree::kFeatureTriangle | (scene_->instanced() ? embree::kFeatureInstanceArray : 0u);
   if ((job_.features & (FEATURE_TRANSPARENCY | FEATURE_LOBES)) != 0)
     job_.embree_features |= embree::kFeatureFilterInArguments;
+  if (((scene_->surface_needs().groups | scene_->emission_needs().groups) & GROUP_RAYS) == 0) return;
+  tracer_ = make_embree_tracer(*job_.rtc, job_.bvh, job_.first_instances.data(), scene_->instanced());
+  scene_data_.tracer = {tracer_.get()};
 }
 
 Session::~Session() {

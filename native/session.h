@@ -17,6 +17,7 @@
 #include "cpu_kernel.h"
 #include "device.h"
 #include "film.h"
+#include "ray_tracer.h"
 #include "scene.h"
 
 namespace cotorra {
@@ -104,6 +105,7 @@ class Session {
   PassSelection passes_;
   std::vector<float> filter_table_;
   SceneData scene_data_;
+  std::shared_ptr<const RayTracer> tracer_;  // where a program traces rays on the CPU
   Film film_;
   RenderJob job_{};
   std::unique_ptr<Device> device_;

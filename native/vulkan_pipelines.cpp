@@ -22,7 +22,7 @@ namespace {
 using Stages = std::array<std::span<const std::uint32_t>, static_cast<std::size_t>(Stage::kCount)>;
 constexpr Stages kSoftwareStages = {wave_begin, wave_prepare, wave_trace,  wave_outline, wave_shade,
                                     wave_light, wave_shadow,  wave_bounce, wave_film};
-constexpr Stages kQueryStages = {wave_begin, wave_prepare,      wave_trace_query, wave_outline, wave_shade,
+constexpr Stages kQueryStages = {wave_begin, wave_prepare,      wave_trace_query, wave_outline, wave_shade_query,
                                  wave_light, wave_shadow_query, wave_bounce,      wave_film};
 
 const Stages &stages_of(const LogicalDevice &device) { return device.ray_query() ? kQueryStages : kSoftwareStages; }

@@ -6,7 +6,7 @@ Ops by themselves stand in kernel_cases_program.py; that their values are Cycles
 
 from __future__ import annotations
 
-from kernel_cases import COLOR, DIRECTION, LIBRARY, SQUARE, UNIT
+from kernel_cases import COLOR, DIRECTION, LIBRARY, SQUARE, UINT, UNIT
 from kernel_inputs import MATERIALS, choices, integers, magnitudes, materials, paths, points, surfaces, uniform
 from kernel_inputs_programs import GROUPS, KINDS, number
 from kernel_parity import Case, Tolerance
@@ -60,10 +60,11 @@ VECTORS = ('splat', 'combine', 'mix_v', 'affine', 'map_range_v')
 COLORS = ('combine_color', 'hsv', 'gamma', 'bright_contrast', 'invert')
 PATTERNS = ('white_noise_f', 'gradient_f', 'checker_f')
 GEOMETRY = ('normal', 'true_normal', 'incoming', 'backfacing', 'object_info_v', 'object_info_f', 'particle_f')
-GEOMETRY += ('particle_v', 'light_path', 'ao', 'bevel', 'light_falloff')
+GEOMETRY += ('particle_v', 'light_path', 'light_falloff')
 PLACES = ('position', 'parametric', 'generated', 'object_position', 'attribute', 'attribute_alpha', 'attribute_fac')
 VIEWS = ('camera_position', 'window', 'camera_z', 'camera_distance', 'object_transform')
 LOOKS = ('fresnel', 'layer_weight', 'layers', 'wireframe')
+RAYS = ('ao', 'bevel', 'raycast', 'raycast_normal')
 BENT = ('tangent', 'geometry_tangent', 'uv_tangent', 'normal_map', 'bump')
 
 
@@ -96,6 +97,19 @@ OPS = [
     context('context_views', VIEWS, SHIFTED, ('GROUP_COORDINATES', 'GROUP_POINT'), SPREAD),
     context('context_looks', LOOKS, (0, 1), ('GROUP_POINT', 'GROUP_LAYERS'), LOBES),
     context('context_bent', BENT, MODES, ('GROUP_NORMAL',), SPREAD),
+    Case(
+        'context_rays',  # which meet nothing here
+        POINT
+        + 'at.rays = bits; at.random = bits; a.v[0] = u; value = program_context(scene, at, op, mode | 3u << 8, a);'
+        'radius = bevel_radius(u); drawn = ray_pair(at, bits, kind & 7u, ray_bits(kind & 7u));',
+        {'op': by_number(*RAYS), 'mode': ('uint', choices(0, 1, 2, 3)), 'u': UNIT, 'bits': UINT} | POINT_INPUTS,
+        {'value': 'vec3', 'radius': 'float', 'drawn': 'vec2'},
+        SUMS,
+        scene=True,
+        program=True,
+        groups=('GROUP_RAYS',),
+        ops=RAYS,
+    ),
     Case(
         'table_ops',
         'ProgramArguments a; for (int k = 0; k < 32; ++k) a.v[k] = share;'

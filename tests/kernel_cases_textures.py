@@ -130,9 +130,10 @@ NORMALS = [
     Case(
         'transparency',
         'index = triangle_material(scene, hit.instance, hit.triangle);'
-        'through = hit_transparency(scene, hit, wo, VISIBLE_CAMERA); alpha = hit_alpha(scene, hit, wo, VISIBLE_CAMERA);'
+        'through = hit_transparency(scene, hit, wo, path, false, 1u);'
+        'alpha = hit_alpha(scene, hit, wo, path, true, 2u);'
         'number = alpha_number(bits, bounce, seed, hit.instance, hit.triangle);'
-        'passes = select(lets_through(scene, hit, wo, path, seed), 1u, 0u);',
+        'passes = select(lets_through(scene, hit, wo, path, 1u, seed), 1u, 0u);',
         {'hit': ('Hit', hits), 'wo': WO, 'bits': UINT, 'bounce': ('uint', integers(20)), 'seed': UINT} | {'path': PATH},
         {'index': 'uint', 'through': 'vec3', 'alpha': 'float', 'number': 'float', 'passes': 'uint'},
         STEPS,
@@ -149,7 +150,7 @@ NORMALS = [
     ),
     Case(
         'emitters_textured',
-        'PathState path; path_begin(0u, path); '
+        'PathState path; path_begin(1u, path);'
         'radiance = emitter_radiance(scene, path, LOAD(scene.emitters, index), vec2(0.5f * u, 0.5f * v), wo, 1.0f);',
         {'index': ('uint', integers(7)), 'u': UNIT, 'v': UNIT, 'wo': WO},
         {'radiance': 'vec3'},

@@ -217,7 +217,7 @@ def test_ray_visibility(name: str, bit: int, on: str) -> None:
     obj = build.mesh_object(scene)
     empty = build.collection_instance(scene, 'Instancer', [obj])
     setattr(obj if on == 'object' else empty, name, False)
-    assert exported(scene).instances.visibility.tolist() == [63 - bit]
+    assert exported(scene).instances.visibility.tolist() == [127 - bit]
 
 
 def test_object_that_no_ray_sees_is_left_out() -> None:

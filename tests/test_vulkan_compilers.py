@@ -34,7 +34,7 @@ def test_stages_trace_at_one_place_or_none(stage: str, query: bool) -> None:
     listing = kernels.run_tool('spirv-dis', '--raw-id', str(target))
     tracing = re.findall(r'OpName (%\d+) "trace\(', listing)
     calls = sum(len(re.findall(rf'OpFunctionCall %\d+ {name}\b', listing)) for name in tracing)
-    assert calls == (1 if stage in ('trace', 'shadow') else 0)
+    assert calls == (1 if stage in ('trace', 'shade', 'shadow') else 0)
     assert listing.count('OpRayQueryInitializeKHR') == (calls if query else 0)
 
 

@@ -19,6 +19,7 @@ I32 = NDArray[np.int32]
 # Bits of `Instances.visibility`, `Lights.visibility` and `World.visibility` (kernels/scene_types.h, VISIBLE_*).
 VISIBLE_CAMERA, VISIBLE_DIFFUSE, VISIBLE_GLOSSY = 1, 2, 4
 VISIBLE_TRANSMISSION, VISIBLE_VOLUME, VISIBLE_SHADOW = 8, 16, 32
+VISIBLE_RAYCAST = 64  # of instances alone
 
 LIGHT_POINT, LIGHT_SUN, LIGHT_SPOT, LIGHT_AREA = 0, 1, 2, 3
 

@@ -18,6 +18,7 @@ from .buffers import (
     VISIBLE_CAMERA,
     VISIBLE_DIFFUSE,
     VISIBLE_GLOSSY,
+    VISIBLE_RAYCAST,
     VISIBLE_SHADOW,
     VISIBLE_TRANSMISSION,
     VISIBLE_VOLUME,
@@ -103,6 +104,7 @@ def _own_visibility(obj: bpy.types.Object) -> int:
         | obj.visible_transmission * VISIBLE_TRANSMISSION
         | obj.visible_volume_scatter * VISIBLE_VOLUME
         | obj.visible_shadow * VISIBLE_SHADOW
+        | getattr(obj, 'visible_raycast', True) * VISIBLE_RAYCAST
     )
 
 

@@ -12,11 +12,13 @@ import bpy
 
 from .. import compat
 from ..export.nodes import Trees
-from . import bump, nodes_input, nodes_math, nodes_sky, nodes_texture  # noqa: F401 (they register their nodes)
+
+# They register their nodes.
+from . import bump, nodes_input, nodes_math, nodes_rays, nodes_sky, nodes_texture  # noqa: F401
 from .closures import CLOSURES, read_closures
 from .feeds import NODES_MAX, Feeds, feeds_of, node_count
 from .ops import Tables, tables
-from .reader import VALUES, Reader, Scene
+from .reader import OCCLUSION_DISTANCE, VALUES, Reader, Scene
 from .support import NEAREST, NOT_SUPPORTED, STRUCTURE
 from .tree import Builder, Draft
 
@@ -47,6 +49,11 @@ def shaders_of(
     if feeds.output is not None:
         _read_output(reader, owner, warn)
     return builder.draft(owner.name)
+
+
+def occlusion_distance(scene: bpy.types.Scene) -> float:
+    """Metres that Ambient Occlusion nodes see whose own distance is 0."""
+    return OCCLUSION_DISTANCE if scene.world is None else scene.world.light_settings.distance
 
 
 KINDS = {'Material': 'material', 'World': 'world', 'Light': 'light'}
@@ -82,4 +89,15 @@ def _read_output(reader: Reader, owner: bpy.types.ID, warn: Callable[[str], None
             warn(f'node "{reader.feeds.name(node)}": passes of shaders are not supported yet: left out')
 
 
-__all__ = ['CLOSURES', 'NEAREST', 'NOT_SUPPORTED', 'STRUCTURE', 'VALUES', 'Draft', 'Feeds', 'Scene', 'shaders_of']
+__all__ = [
+    'CLOSURES',
+    'NEAREST',
+    'NOT_SUPPORTED',
+    'STRUCTURE',
+    'VALUES',
+    'Draft',
+    'Feeds',
+    'Scene',
+    'occlusion_distance',
+    'shaders_of',
+]

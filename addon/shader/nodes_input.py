@@ -204,21 +204,6 @@ def _layer_weight(node: Node, output: str) -> Ref:
     return node.emit('layer_weight', node.f('Blend'), node.normal(), mode=('Fresnel', 'Facing').index(output))
 
 
-@value('ShaderNodeAmbientOcclusion')
-def _occlusion(node: Node, output: str) -> Ref:
-    node.warn_nearest()
-    mode = node.node.inside | node.node.only_local << 1
-    color = node.v('Color')
-    ao = node.emit('ao', color, node.f('Distance'), node.normal(), mode=mode)
-    return ao if output == 'AO' else node.builder.scale(color, ao)
-
-
-@value('ShaderNodeBevel')
-def _bevel(node: Node, output: str) -> Ref:
-    node.warn_nearest()
-    return node.emit('bevel', node.f('Radius'), node.normal())
-
-
 @value('ShaderNodeNormal')
 def _normal(node: Node, output: str) -> Ref:
     """A direction that was dialled in, and what a normal has in common with it."""

@@ -32,6 +32,9 @@ Shift = tuple[int, float]
 HERE: Shift = (0, 1.0)
 
 
+OCCLUSION_DISTANCE = 10.0  # Blender's default, of the world
+
+
 class UnreadError(Exception):
     """A node that cannot be read; the text says why. The input that it feeds keeps its own value."""
 
@@ -43,11 +46,13 @@ class Scene:
     images:     where images go.
     view_layer: finds an attribute of the view layer, as four numbers.
     suns:       of the skies of a world: the direction to each disc, and the angle across it.
+    occlusion_distance: metres that Ambient Occlusion nodes see whose own distance is 0.
     """
 
     images: ImageTable
     view_layer: Callable[[str], tuple[float, float, float, float]]
     suns: list[tuple[float, float, float, float]] = field(default_factory=list)
+    occlusion_distance: float = OCCLUSION_DISTANCE
 
 
 UNKNOWN = object()  # of an output that was not read yet

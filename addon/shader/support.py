@@ -26,7 +26,6 @@ NOT_SUPPORTED = {
     'ShaderNodeEeveeSpecular': AS_CYCLES,
     'ShaderNodeOutputAOV': 'passes of shaders are not supported yet',
     'ShaderNodeOutputLineStyle': AS_CYCLES,
-    'ShaderNodeRaycast': 'rays of shaders are not supported yet',
     'ShaderNodeScript': 'scripts (OSL) are not supported',
     'ShaderNodeShaderToRGB': AS_CYCLES,
     'ShaderNodeSqueeze': AS_CYCLES,
@@ -40,8 +39,6 @@ NOT_SUPPORTED = {
 
 # What something else is shown for, which a message says.
 NEAREST = {
-    'ShaderNodeAmbientOcclusion': 'ambient occlusion in shaders is not supported yet: nothing is occluded',
-    'ShaderNodeBevel': 'bevels are not supported yet: edges stay sharp',
     'ShaderNodeBsdfHair': 'hair shaders are not supported yet: it is diffuse',
     'ShaderNodeBsdfHairPrincipled': 'hair shaders are not supported yet: it is diffuse',
     'ShaderNodeBsdfRayPortal': 'ray portals are not supported yet: it is clear',

@@ -15,6 +15,7 @@ from ..export.buffers import INTERPOLATION_CLOSEST, INTERPOLATION_CUBIC
 from .bump import DIRECTX
 from .closures import DISTRIBUTIONS
 from .nodes_input import FALLOFF, LIGHT_PATH, OBJECT_F, PARTICLE_F, PARTICLE_V
+from .nodes_rays import INSIDE, ONLY_LOCAL, RAYCAST_ONLY_LOCAL, SAMPLES_SHIFT
 from .nodes_texture import GABOR_OUTPUTS, NOISE_TYPES
 from .reader import enum_numbers
 from .tree import OWN_NORMAL, SHIFT_BIT
@@ -29,8 +30,10 @@ ARGUMENTS = {
     'wireframe': 'size',
     'object_transform': 'vector',
     'bump': 'height height_x height_y strength distance normal',
-    'ao': 'color distance normal',
+    'ao': 'distance normal',
     'bevel': 'radius normal',
+    'raycast': 'position direction length',
+    'raycast_normal': 'position direction length',
     'fresnel': 'ior normal',
     'layer_weight': 'blend normal',
     'light_falloff': 'strength smooth',
@@ -266,6 +269,18 @@ def _normal_map(mode: int) -> str:
     return _bits(choice('NormalMap', 'space', mode & 7), 'DirectX' if mode & DIRECTX else '')
 
 
+def _rays(mode: int) -> str:
+    return f'{mode >> SAMPLES_SHIFT} rays'
+
+
+def _occlusion(mode: int) -> str:
+    return _bits(_rays(mode), 'inside' if mode & INSIDE else '', 'only local' if mode & ONLY_LOCAL else '')
+
+
+def _raycast(mode: int) -> str:
+    return 'only local' if mode & RAYCAST_ONLY_LOCAL else ''
+
+
 MODES: dict[str, Callable[[int], str]] = {
     'object_info_v': _listed('Location', 'Color'),
     'object_info_f': _listed(*OBJECT_F),
@@ -277,7 +292,10 @@ MODES: dict[str, Callable[[int], str]] = {
     'wireframe': _listed('', 'pixels'),
     'object_transform': _transform,
     'bump': _listed('', 'inverted'),
-    'ao': lambda mode: _bits('inside' if mode & 1 else '', 'only local' if mode & 2 else ''),
+    'ao': _occlusion,
+    'bevel': _rays,
+    'raycast': _raycast,
+    'raycast_normal': _raycast,
     'layer_weight': _listed('Fresnel', 'Facing'),
     'light_falloff': _listed(*FALLOFF),
     'component': _listed('x', 'y', 'z'),

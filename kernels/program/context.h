@@ -7,16 +7,12 @@
 #include "../closure/principled.h"
 #include "normal_map.h"
 #include "pure.h"
+#include "rays.h"
 #include "types.h"
 
 #ifdef __cplusplus
 namespace cotorra {
 #endif
-
-// What the low 16 bits of a mode hold: a half float.
-FN float mode_share(uint bits) {
-  return uintBitsToFloat(((bits & 0x7fffu) << 13) + select((bits & 0x7c00u) == 0u, 0u, 0x38000000u));
-}
 
 // ---- Cameras. Cycles' camera looks along +z.
 
@@ -219,14 +215,12 @@ FN vec3 program_point(IN(SceneData) scene, IN(ShaderPoint) at, uint op, uint mod
   if (op == OP_CAMERA_DISTANCE) return vec3(length(camera_space(scene, at)));
   if (op == OP_WIREFRAME) return vec3(wireframe(scene, at, mode, a.v[0]));
   if (op == OP_OBJECT_TRANSFORM) return object_transform(scene, at, mode, argument3(a, 0));
-  if (op == OP_BEVEL) return argument3(a, 1);
   if (op == OP_FRESNEL) {
     const float eta = max(a.v[0], 1e-5f);
     return vec3(fresnel_of_ior(at, at.side < 0.0f ? 1.0f / eta : eta, argument3(a, 1)));
   }
   if (op == OP_LAYER_WEIGHT) return vec3(layer_weight(at, mode, a.v[0], argument3(a, 1)));
   if (op == OP_LIGHT_FALLOFF) return vec3(light_falloff(at, mode, a.v[0], a.v[1]));
-  if (op == OP_AO) return vec3(1.0f);
   return vec3(0.0f);
 }
 
@@ -255,6 +249,7 @@ FN vec3 program_context(IN(SceneData) scene, IN(ShaderPoint) at, uint op, uint m
     return program_coordinates(scene, at, op, mode, a.v[0]);
   }
   if (PROGRAM_GROUP(GROUP_NORMAL) && group == GROUP_NORMAL) return program_normal(scene, at, op, mode, a);
+  if (PROGRAM_GROUP(GROUP_RAYS) && group == GROUP_RAYS) return program_rays(scene, at, op, mode, a);
   if (PROGRAM_GROUP(GROUP_LAYERS) && group == GROUP_LAYERS) return layers_above(scene, at, a);
   return program_point(scene, at, op, mode, a);
 }

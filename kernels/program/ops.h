@@ -32,6 +32,7 @@ const uint GROUP_POINT = 2048u;   // the rest of what reads the shading point
 const uint GROUP_WAVE = 4096u;
 const uint GROUP_LAYERS = 8192u;
 const uint GROUP_WAVELENGTH = 16384u;  // its table takes drivers long to compile
+const uint GROUP_RAYS = 32768u;
 const uint GROUP_PROGRAM = 0x80000000u;  // there are programs at all
 // Which programs a stage runs: where it runs none of a kind, that call of the interpreter is left out.
 const uint GROUP_SURFACES = 0x40000000u;
@@ -59,6 +60,7 @@ FN uint program_group(uint op) {
   if (op >= OP_WHITE_NOISE_F) return GROUP_PATTERN;
   if (op >= OP_MIX_COLOR) return GROUP_COLOR;
   if (op == OP_LAYERS) return GROUP_LAYERS;
+  if (op == OP_AO || op == OP_BEVEL || op == OP_RAYCAST || op == OP_RAYCAST_NORMAL) return GROUP_RAYS;
   if (op < OP_SPLAT) {
     const bool coordinates = op == OP_POSITION || (op >= OP_PARAMETRIC && op <= OP_ATTRIBUTE_FAC);
     const bool normal = (op >= OP_TANGENT && op <= OP_NORMAL_MAP) || op == OP_BUMP;

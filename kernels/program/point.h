@@ -31,6 +31,8 @@ struct ShaderPoint {
   uint transmission_bounces;
   uint transparent_bounces;
   uint light;       // INVALID_ID, or the lamp whose point this is; `instance` is then none
+  uint random;      // reversed sampler index
+  uint rays;        // seed of what the ops of rays.h draw here; 0: they trace none
 };
 
 FN ShaderPoint shader_point(IN(Surface) s, vec3 wo, float t) {
@@ -53,6 +55,8 @@ FN ShaderPoint shader_point(IN(Surface) s, vec3 wo, float t) {
   at.transmission_bounces = 0u;
   at.transparent_bounces = 0u;
   at.light = INVALID_ID;
+  at.random = 0u;
+  at.rays = 0u;
   return at;
 }
 
@@ -77,6 +81,8 @@ FN ShaderPoint background_point(vec3 direction) {
   at.transmission_bounces = 0u;
   at.transparent_bounces = 0u;
   at.light = INVALID_ID;
+  at.random = 0u;
+  at.rays = 0u;
   return at;
 }
 
@@ -107,6 +113,11 @@ FN void point_differentials(IN(ShaderPoint) at, OUT(vec3) dx, OUT(vec3) dy) {
   across = safe_normalize(across, len);
   dx = across * at.footprint;
   dy = cross(n, across) * at.footprint;
+}
+
+// How much of a footprint: what the low 16 bits of a mode hold, a half float.
+FN float mode_share(uint bits) {
+  return uintBitsToFloat(((bits & 0x7fffu) << 13) + select((bits & 0x7c00u) == 0u, 0u, 0x38000000u));
 }
 
 FN vec3 triangle_corner(IN(SceneData) scene, IN(Instance) instance, uint vertex) {
@@ -255,7 +266,7 @@ FN vec3 normal_to_object(IN(NormalFrame) f, vec3 n) {
 }
 
 #ifdef __cplusplus
-static_assert(sizeof(ShaderPoint) == 104);
+static_assert(sizeof(ShaderPoint) == 112);
 }  // namespace cotorra
 #endif
 

@@ -14,7 +14,7 @@ namespace cotorra {
 // A shadow ray on its way.
 struct Passage {
   vec3 light;    // what it carries, less what glass kept
-  uint crossed;  // transparent surfaces, those of the path included
+  uint crossed;  // transparent surfaces
   vec3 kept;     // share that transparent surfaces leave
   uint panes;    // glass surfaces, with Whitted
 };
@@ -35,10 +35,10 @@ FN bool cross_pane(LANE lane, IN(Hit) hit, INOUT(ShadowRay) ray, INOUT(vec3) lig
 }
 
 // Takes the ray past the surface that it met, and on from t_min. Returns false where that stops it.
-FN bool shadow_passes(LANE lane, IN(Hit) hit, bool through_glass, INOUT(ShadowRay) ray, OUT(float) t_min,
-                      INOUT(Passage) passage) {
+FN bool shadow_passes(LANE lane, IN(PathState) path, IN(Hit) hit, bool through_glass, INOUT(ShadowRay) ray,
+                      OUT(float) t_min, INOUT(Passage) passage) {
   vec3 share = vec3(0.0f);
-  if (FEATURE(FEATURE_TRANSPARENCY)) share = hit_transparency(SCENE, hit, ray.direction, VISIBLE_SHADOW);
+  if (FEATURE(FEATURE_TRANSPARENCY)) share = hit_transparency(SCENE, hit, ray.direction, path, true, passage.crossed);
   if (through_glass && !(max_component(share) > 0.0f)) {
     t_min = 0.0f;
     passage.panes += 1u;
@@ -47,7 +47,7 @@ FN bool shadow_passes(LANE lane, IN(Hit) hit, bool through_glass, INOUT(ShadowRa
   t_min = hit.t;
   passage.crossed += 1u;
   passage.kept *= share;
-  return shadow_kept(JOB.integrator, passage.crossed, max_component(passage.kept)) > 0.0f;
+  return shadow_kept(JOB.integrator, path.transparent_bounces + passage.crossed, max_component(passage.kept)) > 0.0f;
 }
 
 #ifdef __cplusplus

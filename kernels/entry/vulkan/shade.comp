@@ -3,7 +3,9 @@
 // Lanes at a surface that may be lit go into the shading queue.
 #version 460
 #extension GL_GOOGLE_include_directive : require
+#define PROGRAM_RAYS  // programs trace rays here
 #include "lane.glsl"
+#include "trace.glsl"
 #include "whitted.glsl"
 #include "stage/meet.h"
 #include "stage/recursion.h"

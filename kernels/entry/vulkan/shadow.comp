@@ -16,16 +16,17 @@ void main() {
   // Any surface will do, unless light may come through it.
   const bool any = !FEATURE(FEATURE_TRANSPARENCY) && !through_glass;
   const uint lane = place % WAVE.lanes;
+  const PathState path = load_path(lane);
   Passage passage;
   passage.light = ray.contribution;
   passage.kept = vec3(1.0f);
-  passage.crossed = load_path(lane).transparent_bounces;
+  passage.crossed = 0u;
   passage.panes = 0u;
   const uvec2 left = left_at(lane, ray.origin, ray.direction);
   float t_min = ray_begin(left);
   Hit hit;
   while (trace(ray.origin, ray.direction, t_min, ray.t_max, ray.visibility, any, left, hit)) {
-    if (shadow_passes(lane, hit, through_glass, ray, t_min, passage)) continue;
+    if (shadow_passes(lane, path, hit, through_glass, ray, t_min, passage)) continue;
     passage.kept = vec3(0.0f);
     break;
   }

@@ -23,7 +23,7 @@ void main() {
   while (true) {
     trace(ray.origin, ray.direction, t_min, ray.t_max, path.ray_kind & VISIBLE_ALL, false, left, hit);
     if (!FEATURE(FEATURE_TRANSPARENCY) || hit.instance == INVALID_ID) break;
-    if (!lets_through(SCENE, hit, ray.direction, path, pixel_of(lane).block_seed)) break;
+    if (!lets_through(SCENE, hit, ray.direction, path, crossed, pixel_of(lane).block_seed)) break;
     crossed += 1u;
     t_min = hit.t;
     if (!path_crossed_too_many(JOB.integrator, path.transparent_bounces + crossed)) continue;
