@@ -10,6 +10,7 @@ from pathlib import Path
 from types import ModuleType
 
 import bpy
+import numpy as np
 import pytest
 from cotorra import compat
 from mathutils import Vector
@@ -17,7 +18,7 @@ from mathutils import Vector
 from flat_scenes import node
 from scenes import build
 from test_shader_closures_rendered import DIFFUSE, Surface, assert_as_cycles, bsdf
-from vulkan_jobs import compare_tiles, job_of
+from vulkan_jobs import job_of, tiles
 
 pytestmark = [
     pytest.mark.usefixtures('engine'),
@@ -105,4 +106,7 @@ def test_both_devices_start_rays_alike(module: ModuleType, tracing: str) -> None
     scene = stage()
     cube(scene, GLASS)
     job = job_of(module, scene, integrator='PATH', samples=64, ray_tracing=tracing)
-    compare_tiles(job.render('CPU')[0]['combined'], job.render('VULKAN')[0]['combined'], 'a cube on the floor')
+    cpu, gpu = (tiles(job.render(device)[0]['combined'][..., :3]).mean(axis=-1) for device in ('CPU', 'VULKAN'))
+    # Which of two surfaces in one plane a ray meets first is each device's own: 0.5 % of the darkest tile was measured.
+    # A device that misses what lies at the very start of a ray is off by 75 %.
+    assert np.abs(gpu / cpu - 1.0).max() < 0.01

@@ -108,6 +108,7 @@ int main() {
     const uint mask = k % 2 == 0 ? VISIBLE_CAMERA : VISIBLE_SHADOW;
     // Every third ray does not meet what is nearest.
     Hit expected = brute_force(meshes, instances, ray, mask, kNone);
+    met += expected.instance != INVALID_ID ? 1 : 0;
     uvec2 left = kNone;
     if (k % 3 == 0 && expected.instance != INVALID_ID) left = uvec2(expected.instance, expected.triangle);
     if (left.x != INVALID_ID) expected = brute_force(meshes, instances, ray, mask, left);
@@ -115,7 +116,6 @@ int main() {
     const bool found = bvh_trace(bvh, ray.origin, ray.direction, 0.0f, mask, false, left, hit);
     Hit any{INFINITE_DISTANCE, 0.0f, 0.0f, 0, INVALID_ID, 0};
     const bool occluded = bvh_trace(bvh, ray.origin, ray.direction, 0.0f, mask, true, left, any);
-    met += expected.instance != INVALID_ID ? 1 : 0;
     const bool same = hit.instance == expected.instance && (!found || hit.triangle == expected.triangle) &&
                       std::abs(hit.t - expected.t) <= 1e-4f * expected.t && found == occluded;
     differ += same ? 0 : 1;
