@@ -199,8 +199,8 @@ COTORRA_FLATTEN void shape_surfaces(HitLanes &in, int n, ShadingLanes &out) {
 
 // A lamp's samples for lanes whose surface is a Lobe or has a model, one after the other. Apart, since there is a loop
 // over all lanes for each kind of lamp.
-COTORRA_APART void sample_lamp_singly(const SceneData &scene, const Light &light, const ShadingLanes &in, int n,
-                                      LightLanes &out) {
+COTORRA_FLATTEN void sample_lamp_singly(const SceneData &scene, const Light &light, const ShadingLanes &in, int n,
+                                        LightLanes &out) {
   for (std::size_t i = 0; i < static_cast<std::size_t>(n); ++i) {
     const bool lobe = FEATURE(FEATURE_LOBES) && has_lobe(in.lobe_of(i));
     if (!lobe && !(FEATURE(FEATURE_MODELS) && in.has_model(i))) continue;
