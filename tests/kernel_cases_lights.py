@@ -50,7 +50,7 @@ AREAS = [
         'area_samples',
         # Toward the light, or it would be edge on or behind more often than in scenes.
         'const vec3 p = light.position + light.axis * far + aside; AreaView v; area_light_view(light, p, v);'
-        'technique = area_view_technique(light, v); pdf = area_view_pdf(light, v, far);'
+        'technique = area_view_technique(light, v); pdf = area_view_empty(v) ? 0.0f : area_view_pdf(light, v, far);'
         'q = area_view_spherical(v, area_view_solid_angle(v), u); area_light_sample(light, p, u, drawn);'
         'area_light_sample_spread(light, p, u, spread); area_light_beam(light, p, beam);'
         'covers = select(area_light_covers(light, aside.x, aside.y), 1u, 0u);'

@@ -135,7 +135,7 @@ def _table(horizontal: np.ndarray, rows: np.ndarray, vertical: np.ndarray) -> Lu
     if (np.diff(h) < 0.0).any() or (np.diff(v) < 0.0).any():
         raise IesError('its angles do not ascend')
     before = rows[:, 1] if v[0] < 1e-7 else rows[:, 0]
-    after = rows[:, -2] if v[-1] > np.pi - 1e-7 else rows[:, -1]
+    after = rows[:, -2]  # of Cycles 5.2, at a pole and elsewhere alike
     wide = np.column_stack([before, rows, after])
     turns = h[0] < 1e-7 and h[-1] > 2.0 * np.pi - 1e-7
     # Without a full turn Cycles repeats the last row but one.
