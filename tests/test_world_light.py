@@ -135,3 +135,16 @@ def test_a_world_that_hardly_varies_is_not_sampled(bright: float, sampled: bool,
     picture(scene, tmp_path)
     (layer,) = stats.last(scene.name)
     assert ('world as a light' in layer.features) == sampled
+
+
+@pytest.mark.parametrize('bad', [np.nan, np.inf, -1e6, 1e30])
+def test_texels_of_no_number_leave_a_picture(bad: float, tmp_path: Path) -> None:
+    pixels = texels(3000.0)
+    pixels[13, 20] = bad
+    shown = picture(over_floor(lambda tree: environment(tree, pixels)), tmp_path)
+    assert np.isfinite(shown).all()
+
+
+def test_an_image_of_one_texel_is_a_plain_world(tmp_path: Path) -> None:
+    scene = over_floor(lambda tree: environment(tree, np.full((1, 1, 3), 0.5, np.float32)))
+    np.testing.assert_allclose(picture(scene, tmp_path), ALBEDO * 0.5, rtol=1e-3)
