@@ -90,10 +90,14 @@ def bodies(path: Path) -> dict[str, str]:
 
 @cache
 def structs_of(path: Path) -> dict[str, list[tuple[str, str, int]]]:
-    """Every record that a header declares: its fields as (type, name, number of elements), in order."""
+    """Every record that a header declares: its fields as (type, name, number of elements), in order.
+
+    What only C++ knows has functions for fields, and is no record.
+    """
     return {
         name: [(kind, field, _count(count)) for kind, field, count in _FIELD.findall(body)]
         for name, body in _STRUCT.findall(text(path))
+        if _FIELD.search(body)
     }
 
 
