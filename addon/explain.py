@@ -121,7 +121,7 @@ def material_buffers(
     def attribute(name: str) -> tuple[float, float, float, float]:
         return view_layer_value(depsgraph.scene_eval, view_layer, name)
 
-    read_with = shader.Scene(images, attribute, shader.occlusion_distance(scene))
+    read_with = shader.Scene(images, attribute, occlusion_distance=shader.occlusion_distance(scene))
     trees = Trees(log.checkpoint, warnings.append)
     draft = shader.shaders_of(material, trees, read_with, warnings.append)
     needed = layers.plan([], [draft], [0])

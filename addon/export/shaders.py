@@ -39,7 +39,7 @@ class ShaderTable:
             return view_layer_value(self.scene, self.view_layer, name)
 
         self.log.checkpoint()
-        found = shader.Scene(self.images, attribute, shader.occlusion_distance(self.scene))
+        found = shader.Scene(self.images, attribute, occlusion_distance=shader.occlusion_distance(self.scene))
         draft = shader.shaders_of(owner, self.trees.of(warn), found, warn)
         key = draft.key
         if key not in self._index:
