@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Makes the table by which the world is sampled: brightness over cells of longitude and latitude, less what bounces
-// find as well, cumulated. How directions are drawn from it is told in kernels/world_light.h.
+// find as well, cumulated. How directions are drawn from it is told in kernels/light/world_light.h.
 #include "world_table.h"
 
 #include <algorithm>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// How bright the world is by direction: the table that kernels/world_light.h draws from, made once for a scene.
+// How bright the world is by direction: the table that kernels/light/world_light.h draws from, made once for a scene.
 // What the world's program computes is told in kernels/program/; it is run here, and not understood.
 #pragma once
 

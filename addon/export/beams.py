@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """`light.cotorra` to arrays: how lamps fall off with distance and end at the edge of their cone.
 
-Strength, size and place of a lamp are lights.py's; the formulas are kernels/light_shape.h's.
+Strength, size and place of a lamp are lights.py's; the formulas are kernels/light/light_shape.h's.
 """
 
 from __future__ import annotations

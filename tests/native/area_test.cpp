@@ -10,7 +10,7 @@ constexpr std::uint32_t KERNEL_FEATURES = ~0u;
 }
 }  // namespace cotorra
 
-#include "../../kernels/light.h"
+#include "../../kernels/light/light.h"
 
 using namespace cotorra;
 

@@ -5,7 +5,7 @@
 #define COTORRA_LIGHT_PROGRAM_H
 
 #include "light.h"
-#include "program/program.h"
+#include "../program/program.h"
 
 #ifdef __cplusplus
 namespace cotorra {

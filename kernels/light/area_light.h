@@ -5,7 +5,7 @@
 #define COTORRA_AREA_LIGHT_H
 
 #include "light_sample.h"
-#include "program/elementary.h"
+#include "../program/elementary.h"
 
 #ifdef __cplusplus
 namespace cotorra {

@@ -5,9 +5,9 @@
 #ifndef COTORRA_WORLD_LIGHT_H
 #define COTORRA_WORLD_LIGHT_H
 
-#include "program/math_ops.h"
-#include "sampling.h"
-#include "scene_types.h"
+#include "../program/math_ops.h"
+#include "../sampling.h"
+#include "../scene_types.h"
 
 #ifdef __cplusplus
 namespace cotorra {

@@ -3,8 +3,8 @@
 #ifndef COTORRA_LIGHT_SAMPLE_H
 #define COTORRA_LIGHT_SAMPLE_H
 
-#include "sampling.h"
-#include "scene_types.h"
+#include "../sampling.h"
+#include "../scene_types.h"
 
 #ifdef __cplusplus
 namespace cotorra {
