@@ -7,7 +7,9 @@ Test data are not made here, but in tests/scenes.
 from __future__ import annotations
 
 import importlib.util
+import os
 import sys
+from collections import defaultdict
 from collections.abc import Iterator
 from pathlib import Path
 from types import ModuleType
@@ -29,6 +31,31 @@ def _import_addon_folder() -> None:
 
 if importlib.util.find_spec('cotorra') is None:
     _import_addon_folder()
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    config.addinivalue_line('markers', 'every(n): of many cases of one kind only each n-th, unless COTORRA_LONG is set')
+
+
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """Comparisons with Cycles are many. A short run takes some of each kind; COTORRA_LONG=1 takes all.
+
+    Cases that are asked for by name, or by an expression, all run.
+    """
+    named = any('::' in argument for argument in config.args) or config.option.keyword
+    if os.environ.get('COTORRA_LONG') or named:
+        return
+    kept, left_out, seen = [], [], defaultdict(int)
+    for item in items:
+        mark = item.get_closest_marker('every')
+        kind = item.nodeid.partition('[')[0]
+        known_fault = item.get_closest_marker('xfail') is not None
+        seen[kind] += 1
+        runs = mark is None or known_fault or seen[kind] % mark.args[0] == 1 % mark.args[0]
+        (kept if runs else left_out).append(item)
+    if left_out:
+        config.hook.pytest_deselected(items=left_out)
+        items[:] = kept
 
 
 @pytest.fixture(scope='session')

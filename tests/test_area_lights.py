@@ -168,6 +168,7 @@ SCENES: dict[str, Callable[[], bpy.types.Scene]] = {
 }
 
 
+@pytest.mark.every(4)
 @pytest.mark.parametrize('name', SCENES)
 def test_an_area_light_is_as_cycles_shows_it(name: str, tmp_path: Path) -> None:
     assert_as_cycles(SCENES[name](), tmp_path)

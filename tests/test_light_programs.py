@@ -153,6 +153,7 @@ def lit_by(light: dict[str, object], tree: Tree, socket: str) -> bpy.types.Scene
     return scene
 
 
+@pytest.mark.every(4)
 @pytest.mark.parametrize('name', CASES)
 def test_a_light_that_varies_is_as_cycles_shows_it(name: str, tmp_path: Path) -> None:
     assert_as_cycles(lit_by(*CASES[name]), tmp_path)

@@ -319,6 +319,7 @@ def assert_same(ours: Reference, theirs: Reference) -> None:
     assert abs(same.total) <= TOTAL + 3 * same.total_noise, told
 
 
+@pytest.mark.every(3)
 @pytest.mark.parametrize('name', SURFACES)
 def test_a_surface_is_as_cycles_shows_it(name: str, tmp_path: Path) -> None:
     assert_as_cycles(scene_of(SURFACES[name]), tmp_path)
