@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// How a path goes on from a surface, and where it ends: bounce, straight through, Russian roulette, limits. Devices take
-// many paths from stage to stage and trace rays in between; Direct is the path of length one.
+// How a path goes on from a surface, and where it ends: bounce, straight through, Russian roulette, limits. Devices
+// take many paths from stage to stage and trace rays in between; Direct is the path of length one.
 #ifndef COTORRA_INTEGRATOR_H
 #define COTORRA_INTEGRATOR_H
 

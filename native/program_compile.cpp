@@ -443,7 +443,8 @@ class Compiler {
     }
     out.program.surface = writer.closures(rows);
     out.surface_needs = writer.needs();
-    if (out.surface_needs.footprint) out.program.flags |= PROGRAM_FOOTPRINT;
+    if (out.surface_needs.footprint || (out.surface_needs.groups & GROUP_RAYS) != 0u)
+      out.program.flags |= PROGRAM_FOOTPRINT;
     const bool plain = rows.size() == 1 && rows[0].kind == CLOSURE_PRINCIPLED && !out.asks_lobes;
     if (plain) out.program.flags |= PROGRAM_PLAIN;
     notes_.surface_sources = writer.sources();

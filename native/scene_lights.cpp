@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Derives how lamps fall off and end at the edge of their cone, where that is not Blender's way
-// (kernels/light/light_shape.h), the shapes of area lights, and marks lamps that a pass shows alone. The strength of lamps is
-// scene.cpp's.
+// (kernels/light/light_shape.h), the shapes of area lights, and marks lamps that a pass shows alone. The strength of
+// lamps is scene.cpp's.
 #include <algorithm>
 #include <cmath>
 #include <numbers>

@@ -35,10 +35,11 @@ if importlib.util.find_spec('cotorra') is None:
 
 def pytest_configure(config: pytest.Config) -> None:
     config.addinivalue_line('markers', 'every(n): of many cases of one kind only each n-th, unless COTORRA_LONG is set')
+    config.addinivalue_line('markers', 'long: not at all, unless COTORRA_LONG is set')
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """Comparisons with Cycles are many. A short run takes some of each kind; COTORRA_LONG=1 takes all.
+    """Comparisons with Cycles and of devices are many. A short run takes some of each kind; COTORRA_LONG=1 takes all.
 
     Cases that are asked for by name, or by an expression, all run.
     """
@@ -52,6 +53,7 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
         known_fault = item.get_closest_marker('xfail') is not None
         seen[kind] += 1
         runs = mark is None or known_fault or seen[kind] % mark.args[0] == 1 % mark.args[0]
+        runs &= item.get_closest_marker('long') is None
         (kept if runs else left_out).append(item)
     if left_out:
         config.hook.pytest_deselected(items=left_out)

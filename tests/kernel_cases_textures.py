@@ -24,10 +24,12 @@ STEPS = Tolerance(
 TEXTURES = [
     Case(
         'texel_numbers',
-        'decoded = srgb_decode(c); wide = float_from_half(h & 0x7bffu); low = texture_split(x, fraction);'
+        'decoded = srgb_decode(c); unit = srgb_decode_unit(c); bytes = texel_bytes(h & 3u);'
+        'taps = texture_taps(h & 3u); wide = float_from_half(h & 0x7bffu); low = texture_split(x, fraction);'
         'weights = cubic_weights(c - 0.5f); place = texture_wrap(int(h % 64u) - 32, 1 + int(h >> 28), extension);',
         {'c': ('float', uniform(-0.1, 1.0)), 'h': UINT, 'x': FAR, 'extension': EXTENSION},
-        {'decoded': 'float', 'wide': 'float', 'low': 'int', 'fraction': 'float', 'weights': 'vec4', 'place': 'int'},
+        {'decoded': 'float', 'wide': 'float', 'low': 'int', 'fraction': 'float', 'weights': 'vec4', 'place': 'int'}
+        | {'unit': 'float', 'bytes': 'uint', 'taps': 'int'},
         ROUNDING,
     ),
     Case(
@@ -42,7 +44,8 @@ TEXTURES = [
     Case(
         'texture_filters',
         'Texture t = LOAD(scene.textures, index);'
-        'texel = texture_filtered(t, st, interpolation, extension);'
+        'texel = texture_filtered(t, st, interpolation, extension); place = texture_place(t, st, interpolation);'
+        'same = texture_gather(t, place, interpolation, extension);'
         'weights = texture_weights(interpolation, fraction); weight = texture_weight(weights, int(interpolation));',
         {
             'index': TEXTURE_INDEX,
@@ -51,17 +54,17 @@ TEXTURES = [
             'extension': EXTENSION,
             'fraction': UNIT,
         },
-        {'texel': 'vec4', 'weights': 'vec4', 'weight': 'float'},
+        {'texel': 'vec4', 'same': 'vec4', 'place': 'TexturePlace', 'weights': 'vec4', 'weight': 'float'},
         STEPS,
         scene=True,
     ),
     Case(
         'texels_linear',
         'Texture t = LOAD(scene.textures, index); const vec4 c = vec4(rgb.x, rgb.y, rgb.z, a);'
-        'decoded = texture_linear(t, divides != 0u, c);',
+        'decoded = texture_linear(t, divides != 0u, c); straight = texture_straight(divides != 0u, c);',
         {'index': TEXTURE_INDEX, 'rgb': ('vec3', vectors(uniform(0.0, 1.0))), 'a': ('float', uniform(0.9, 1.0))}
         | {'divides': ('uint', integers(2))},
-        {'decoded': 'vec4'},
+        {'decoded': 'vec4', 'straight': 'vec3'},
         POWER,
         scene=True,
     ),
@@ -70,6 +73,7 @@ TEXTURES = [
 COORDINATES = [
     Case(
         'points_of_shaders',
+        'bare = mesh_point(hit, wo);'
         'at = shader_point(s, wo, t); at.footprint = 0.01f; shifted = at; point_shift(scene, shift, 0.5f, shifted);'
         'point_differentials(at, dx, dy); const Instance instance = LOAD(scene.instances, s.instance);'
         'corner = triangle_corner(scene, instance, 1u); own = point_generated(scene, at);'
@@ -78,9 +82,9 @@ COORDINATES = [
         'way = object_space_vector(space, wo); Mesh mesh = LOAD(scene.meshes, instance.mesh);'
         'MeshTextures more = LOAD(scene.mesh_textures, instance.mesh);'
         'uv = mesh_uv(mesh, more, layer, LOAD(mesh.corners, s.triangle), s.u, s.v);',
-        {'s': SURFACE, 'wo': WO, 't': UNIT, 'shift': WORDS, 'layer': WORDS},
+        {'s': SURFACE, 'wo': WO, 't': UNIT, 'shift': WORDS, 'layer': WORDS, 'hit': ('Hit', hits)},
         {'at': 'ShaderPoint', 'shifted': 'ShaderPoint', 'dx': 'vec3', 'dy': 'vec3', 'corner': 'vec3', 'own': 'vec3'}
-        | {'read': 'vec4', 'components': 'uint', 'place': 'vec3', 'way': 'vec3', 'uv': 'vec2'},
+        | {'bare': 'ShaderPoint', 'read': 'vec4', 'components': 'uint', 'place': 'vec3', 'way': 'vec3', 'uv': 'vec2'},
         STEPS,
         scene=True,
     ),

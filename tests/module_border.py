@@ -152,7 +152,7 @@ def render_wild(settings: object) -> None:
     wild = (far, np.nan, np.inf, -np.inf, -1.0, 3e9, 1e38, 70000.5)
     total, uses = sketch.op('splat', far), 0
     for name, (number, result, arguments) in cotorra_native.shader_ops().items():
-        if name.startswith(('ramp', 'curve', 'rgb_curve', 'vector_curve')):  # compiling demands their places
+        if name.startswith(('ramp', 'curve', 'rgb_curve', 'vector_curve', 'ies')):  # compiling demands their places
             continue
         for trial in range(3):
             values = []

@@ -117,8 +117,10 @@ class Thicket:
         for target in made.inputs:
             if target.type in ('RGBA', 'VALUE') and target.is_linked:
                 self.limit(tree, target)
-            elif target.name.endswith('IOR'):
+            elif target.name.endswith('IOR') and target.type == 'VALUE':
                 target.default_value = round(self.dice.uniform(1.05, 2.5), 2)
+            elif target.name in ('IOR', 'Extinction'):  # a metal's, by colour
+                target.default_value = [round(self.dice.uniform(0.2, 4.0), 2) for _ in range(3)]
             elif 'Strength' in target.name:
                 target.default_value = abs(target.default_value)
                 for link in list(target.links):

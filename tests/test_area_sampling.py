@@ -138,6 +138,7 @@ def test_samples_bring_what_the_light_sends(name: str) -> None:
     assert brought.mean() == pytest.approx(expected, rel=5e-3, abs=4 * noise)
 
 
+@pytest.mark.every(4)
 @EACH
 def test_samples_have_the_density_that_rays_are_told(name: str) -> None:
     case = CASES[name]

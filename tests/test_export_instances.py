@@ -240,7 +240,7 @@ def test_collections_of_a_view_layer() -> None:
     layers['Holdout'].holdout = True
     log = Log()
     instances = exported(scene, log).instances
-    assert dict(zip(instances.names, instances.visibility.tolist(), strict=True)) == {'Indirect': 62, 'Holdout': 63}
+    assert dict(zip(instances.names, instances.visibility.tolist(), strict=True)) == {'Indirect': 126, 'Holdout': 127}
     assert log.texts('WARNING') == [
         'Object "Holdout": holdout is not supported yet: it is rendered as an ordinary object'
     ]

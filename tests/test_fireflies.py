@@ -35,6 +35,7 @@ def test_each_limit_holds_for_its_light(device: str) -> None:
     np.testing.assert_allclose(mean(nothing, device, clamp_direct=0.1), 0.1, rtol=1e-4)
 
 
+@pytest.mark.every(2)
 def test_a_denoiser_sees_the_first_rough_surface(device: str) -> None:
     """The floor itself, or through a clear sheet above it."""
     names = ('denoising_albedo', 'denoising_normal')

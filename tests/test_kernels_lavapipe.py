@@ -60,6 +60,7 @@ def test_same_on_cpu_and_vulkan(case: Case, lavapipe: Runner) -> None:
     compare(case, lavapipe, ALL_FEATURES)
 
 
+@pytest.mark.every(3)
 @pytest.mark.parametrize('case', kernel_cases_path.CASES, ids=lambda case: case.name)
 def test_same_with_every_feature_off(case: Case, lavapipe: Runner) -> None:
     """The kernels branch on features while they are compiled: both languages must leave out the same."""

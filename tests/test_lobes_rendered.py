@@ -39,6 +39,7 @@ def layers(count: int) -> tuple[b.Mesh, ...]:
     return tuple(plane(low=-4.0, high=4.0, z=0.1 * k) for k in range(count))
 
 
+@pytest.mark.every(6)
 @pytest.mark.parametrize('anisotropy', [-1.0, 0.0, 1.0])
 def test_a_thin_sheet_shines_in_the_sun_behind_it(device: str, anisotropy: float) -> None:
     """Of a thin scattering wall, (1 + g) / 2 of a sun behind it comes through, and the rest of one before it back."""
@@ -48,6 +49,7 @@ def test_a_thin_sheet_shines_in_the_sun_behind_it(device: str, anisotropy: float
         np.testing.assert_allclose(got, share, atol=0.02)
 
 
+@pytest.mark.every(4)
 @pytest.mark.parametrize('layer', [{'transmission': 1.0, 'roughness': 0.0}, {'transmission': 1.0, 'roughness': 0.5}])
 def test_white_glass_is_as_bright_as_the_world(device: str, layer: dict[str, float]) -> None:
     """A slab of two faces, the back one seen from inside: all light that enters leaves again."""
@@ -83,6 +85,7 @@ def test_a_scene_without_lobes_has_not_their_feature(device: str) -> None:
     np.testing.assert_allclose(mean(plain, device), 0.8, rtol=1e-5)
 
 
+@pytest.mark.long
 def test_devices_agree(module: object) -> None:
     """Every layer at once, in the sun and a world: the same picture but for rounding."""
     made = asked(3, transmission=0.4, coat=0.7, sheen=0.5, metallic=0.2, specular_level=0.5, roughness=0.4)

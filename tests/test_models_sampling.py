@@ -84,6 +84,7 @@ CASES += [
 ]
 
 
+@pytest.mark.every(4)
 @pytest.mark.parametrize('mu', MU)
 @pytest.mark.parametrize(('name', 'values', 'alpha'), CASES, ids=[case[0] for case in CASES])
 def test_samples_follow_pdf(name: str, values: dict[str, object], alpha: float | None, mu: float) -> None:

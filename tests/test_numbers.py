@@ -322,6 +322,7 @@ def test_the_film_takes_finite_numbers_only(integrator, value):
         assert np.isfinite(out).all(), name
 
 
+@pytest.mark.every(3)
 @pytest.mark.parametrize('value', [NAN, INF, 3e38])
 def test_the_film_of_a_graphics_card_takes_finite_numbers_only(module, value):
     scene, view = overflowing(value)

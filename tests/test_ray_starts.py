@@ -102,6 +102,7 @@ def test_small_triangles_do_not_shade_themselves(tmp_path: Path) -> None:
     assert_as_cycles(scene, tmp_path)
 
 
+@pytest.mark.long
 def test_both_devices_start_rays_alike(module: ModuleType, tracing: str) -> None:
     scene = stage()
     cube(scene, GLASS)

@@ -262,6 +262,7 @@ TILE_LIMIT = 0.02
 TOTAL = 0.005
 
 
+@pytest.mark.every(2)
 @pytest.mark.parametrize('bounces', [0, 4], ids=['direct', 'path'])
 @pytest.mark.parametrize('name', ['helmet', 'normal_maps', 'alpha_modes', 'spheres', 'fox'])
 def test_scene(name: str, bounces: int, loader: ModuleType, tmp_path: Path) -> None:

@@ -325,6 +325,7 @@ def test_a_surface_is_as_cycles_shows_it(name: str, tmp_path: Path) -> None:
     assert_as_cycles(scene_of(SURFACES[name]), tmp_path)
 
 
+@pytest.mark.every(3)
 @pytest.mark.parametrize('name', SKIES)
 def test_a_world_with_nodes_is_as_cycles_shows_it(name: str, tmp_path: Path) -> None:
     assert_as_cycles(scene_of(principled(Roughness=0.4), SKIES[name]), tmp_path)

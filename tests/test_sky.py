@@ -58,6 +58,7 @@ def toward(engine: str, azimuth: float, elevation: float, folder: Path, **sky: o
     return np.stack([channels[name] for name in 'RGB'], axis=-1).astype(float), warnings
 
 
+@pytest.mark.every(3)
 @pytest.mark.skipif(IS_OLD, reason='the rows of the picture of Blender 4.5 stand elsewhere: not compared yet')
 @pytest.mark.parametrize('name', SKIES)
 def test_a_sky_is_as_cycles_shows_it(name: str, tmp_path: Path) -> None:

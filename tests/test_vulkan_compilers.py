@@ -48,6 +48,7 @@ def radv() -> None:
         pytest.skip(str(reason))
 
 
+@pytest.mark.every(3)
 @pytest.mark.parametrize('tracing', registers.TRACINGS)
 @pytest.mark.parametrize('features', [name for name in registers.SETS if name != 'programs'])
 @pytest.mark.parametrize('family', registers.FAMILIES)

@@ -33,6 +33,7 @@ DATA += ('emission', 'environment', 'shadow')
 DEMOS = [('three_lights', 'DIRECT'), ('box_room', 'PATH'), ('material_grid', 'PATH'), ('model_pair', 'DIRECT')]
 
 
+@pytest.mark.every(2)
 @pytest.mark.parametrize('demo, integrator', DEMOS)
 def test_demo_is_the_image_of_the_cpu(module: ModuleType, tracing: str, demo: str, integrator: str) -> None:
     job = job_of(module, demos.build(demo), integrator=integrator, ray_tracing=tracing)
@@ -48,6 +49,7 @@ def test_demo_is_the_image_of_the_cpu(module: ModuleType, tracing: str, demo: st
     assert np.array_equal(gpu['combined'], again['combined']), 'the same bits each time, whatever the queues hold'
 
 
+@pytest.mark.every(2)
 @pytest.mark.parametrize('demo, integrator', DEMOS)
 def test_tiles_of_a_demo_are_as_bright(module: ModuleType, tracing: str, demo: str, integrator: str) -> None:
     """With samples enough that one flipped ray does not show in a tile (box_room, 4 samples: 1.5 % in one tile)."""

@@ -60,6 +60,7 @@ def see_through(scene: bpy.types.Scene) -> bpy.types.Scene:
 # ---- Ambient light
 
 
+@pytest.mark.every(2)
 @pytest.mark.parametrize('demo', ['three_lights', 'model_pair'])
 def test_the_picture_of_the_sky(module: ModuleType, demo: str) -> None:
     job = job_of(module, demos.build(demo), integrator='AO', passes=('combined', 'ao', 'diffuse_color'))
@@ -97,6 +98,7 @@ def test_the_pass_of_paths(module: ModuleType) -> None:
     )
 
 
+@pytest.mark.every(2)
 @pytest.mark.parametrize('passes', [('combined',), ('combined', 'ao')])
 @pytest.mark.parametrize('occluded', [False, True])
 def test_the_ambient_term(module: ModuleType, occluded: bool, passes: tuple[str, ...]) -> None:
@@ -105,11 +107,13 @@ def test_the_ambient_term(module: ModuleType, occluded: bool, passes: tuple[str,
     assert 'ambient occlusion' in stats['features']
 
 
+@pytest.mark.long
 def test_the_ambient_term_of_images_and_models(module: ModuleType) -> None:
     scene = demos.build('model_pair')
     same(job_of(module, scene, integrator='DIRECT', use_ambient_occlusion=True, **AMBIENT), 3.0 * ROUNDING)
 
 
+@pytest.mark.every(2)
 @pytest.mark.parametrize('panes', [False, True])
 def test_the_occluded_term_of_whitted(module: ModuleType, panes: bool) -> None:
     """At each surface of the recursion; glass hides the sky even where shadow rays see through it."""
@@ -135,6 +139,7 @@ def test_toon_with_each_kind_of_line(module: ModuleType, lines: tuple[str, ...])
     assert black.any() == bool(lines)
 
 
+@pytest.mark.every(2)
 @pytest.mark.parametrize('kind', ['PERSP', 'ORTHO'])
 def test_toon_of_images_and_its_passes(module: ModuleType, kind: str) -> None:
     scene = demos.build('model_pair')
@@ -194,6 +199,7 @@ def test_terms_and_lamps_of_paths(module: ModuleType) -> None:
     assert np.allclose(lamps, groups, rtol=1e-4, atol=1e-5), 'all lamps are in one light group'
 
 
+@pytest.mark.every(2)
 @pytest.mark.parametrize('integrator', ['AO', 'TOON'])
 def test_terms_are_those_of_the_surface_whoever_renders(module: ModuleType, integrator: str) -> None:
     scene = demos.build('model_pair')

@@ -69,6 +69,7 @@ def test_the_demo_is_the_image_of_the_cpu(module: ModuleType, tracing: str) -> N
     assert np.array_equal(gpu['combined'], again['combined']), 'the same bits each time, whatever the queues hold'
 
 
+@pytest.mark.every(3)
 @pytest.mark.parametrize(
     'depth, threshold, shadows', [(0, 0.0, False), (1, 0.0, True), (8, 0.003, False), (8, 0.1, True), (12, 0.0, True)]
 )
@@ -94,6 +95,7 @@ def test_passes_lamps_and_transparency(module: ModuleType, lamps: int) -> None:
     assert {'transparency', 'light groups', 'data passes', 'emissive meshes'} <= set(stats['features'])
 
 
+@pytest.mark.long
 def test_occlusion_terms_and_single_lamps(module: ModuleType) -> None:
     passes = ('combined', 'ao', 'light:0', 'light:1', 'term_d', 'term_f')
     settings = {'use_ambient_occlusion': True, 'ao_distance': 1.0, 'use_transparent_shadows': True}
@@ -101,6 +103,7 @@ def test_occlusion_terms_and_single_lamps(module: ModuleType) -> None:
     assert {'ambient occlusion', 'terms'} <= set(stats['features'])
 
 
+@pytest.mark.long
 def test_textures_and_models(module: ModuleType) -> None:
     """A texel's contrast enlarges rounding, and so does each reflection by a bent normal: one is enough."""
     scene = demos.build('model_pair')

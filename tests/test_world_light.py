@@ -87,6 +87,7 @@ def floor_radiance(pixels: np.ndarray, fine: int = 16) -> np.ndarray:
     return ALBEDO / np.pi * (shown * cosine[:, None, None]).sum(axis=(0, 1)) * solid_angle
 
 
+@pytest.mark.every(6)
 @pytest.mark.parametrize(('method', 'resolution'), [('AUTOMATIC', 0), ('MANUAL', 64), ('MANUAL', 1024)])
 def test_a_bright_texel_lights_a_floor(method: str, resolution: int, device: str, tmp_path: Path) -> None:
     pixels = texels(3000.0)
@@ -109,6 +110,7 @@ def test_without_sampling_bounces_find_the_world(tmp_path: Path) -> None:
     assert shown.std(axis=(0, 1)).max() > shown.mean()
 
 
+@pytest.mark.every(4)
 @pytest.mark.parametrize('size', [0.001, 0.05])
 def test_a_sun_is_sampled_by_itself(size: float, device: str, tmp_path: Path) -> None:
     elevation = 1.0

@@ -87,13 +87,17 @@ def walk(depsgraph: bpy.types.Depsgraph) -> Walk:
 
 
 def visibility(group: Group, view_layer: bpy.types.ViewLayer) -> int:
-    """VISIBLE_* bits: what both object and instancer allow; 'indirect only' collections are hidden from the camera."""
+    """VISIBLE_* bits: what both object and instancer allow; 'indirect only' collections are hidden from the camera.
+
+    None where no ray of a path sees it; Raycast nodes alone show nothing, and meet no lamp.
+    """
     bits = _own_visibility(group.obj)
     if group.parent != group.obj:
         bits &= _own_visibility(group.parent)
     if group.parent.indirect_only_get(view_layer=view_layer):
         bits &= ~VISIBLE_CAMERA
-    return bits
+    of_paths = bits & ~VISIBLE_RAYCAST
+    return bits if of_paths and not isinstance(group.data, bpy.types.Light) else of_paths
 
 
 def _own_visibility(obj: bpy.types.Object) -> int:

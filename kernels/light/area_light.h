@@ -22,7 +22,7 @@ struct AreaView {
   float x;  // of the foot, from the light's centre
   float y;
   float nearest2;  // squared distance from the point to the rectangle
-  bool whole;  // the spread cuts nothing off
+  uint whole;  // 1: the spread cuts nothing off
 };
 
 // Angle of (x, y) to the x axis for y >= 0, in 0 to pi: a fitted polynomial, 2e-8; the same bits on each device.
@@ -53,7 +53,7 @@ FN void area_light_view(IN(Light) light, vec3 p, OUT(AreaView) v) {
   const float a = clamp(0.0f, min(v.a0, v.a1), max(v.a0, v.a1));
   const float b = clamp(0.0f, min(v.b0, v.b1), max(v.b0, v.b1));
   v.nearest2 = a * a + b * b + v.height * v.height;
-  v.whole = reach >= max(light.half_u + abs(v.x), light.half_v + abs(v.y));
+  v.whole = select(reach >= max(light.half_u + abs(v.x), light.half_v + abs(v.y)), 1u, 0u);
 }
 
 FN bool area_view_empty(IN(AreaView) v) { return !(v.height > 0.0f && v.a1 > v.a0 && v.b1 > v.b0); }
@@ -90,7 +90,7 @@ const uint AREA_DISK = 2u;       // uniform over the ellipse
 // Where the light is far away, directions hardly differ from points: these cost less, and of an ellipse none is lost.
 FN uint area_view_technique(IN(Light) light, IN(AreaView) v) {
   const float diagonal2 = sqr(v.a1 - v.a0) + sqr(v.b1 - v.b0);
-  const bool disk = (light.flags & LIGHT_ELLIPSE) != 0u && v.whole && diagonal2 < v.nearest2;
+  const bool disk = (light.flags & LIGHT_ELLIPSE) != 0u && v.whole != 0u && diagonal2 < v.nearest2;
   const uint flat_or_not = select(16.0f * diagonal2 < v.nearest2, AREA_PLANAR, AREA_SPHERICAL);
   return select(disk, AREA_DISK, flat_or_not);
 }

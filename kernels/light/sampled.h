@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Light that is sampled at a vertex: of one lamp, of an emitting triangle, of the background; and which lamp it is where
-// not all are sampled. What comes of it is a shadow ray; it is traced elsewhere.
+// Light that is sampled at a vertex: of one lamp, of an emitting triangle, of the background; and which lamp it is
+// where not all are sampled. What comes of it is a shadow ray; it is traced elsewhere.
 #ifndef COTORRA_SAMPLED_H
 #define COTORRA_SAMPLED_H
 

@@ -178,6 +178,7 @@ FN vec3 program_coordinates(IN(SceneData) scene, IN(ShaderPoint) here, uint op, 
   ShaderPoint at = here;
   point_shift(scene, mode >> 30, mode_share(mode & 0xffffu), at);
   if (op == OP_POSITION) return at.p;
+  if (op == OP_PARAMETRIC && at.light != INVALID_ID) return vec3(at.u, at.v, 0.0f);
   if (op == OP_PARAMETRIC) return vec3(1.0f - at.u - at.v, at.u, 0.0f);  // as Cycles: weights of corners 0 and 1
   if (op == OP_GENERATED) return point_generated(scene, at);
   if (op == OP_OBJECT_POSITION) return object_position(scene, at);

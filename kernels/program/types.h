@@ -40,7 +40,7 @@ struct ProgramPart {
 
 // Bits of MaterialProgram.flags: what need not be done.
 const uint PROGRAM_PLAIN = 1u;      // the surface is one closure, a Principled one that bsdf.h knows whole
-const uint PROGRAM_FOOTPRINT = 2u;  // the surface asks how wide the ray is
+const uint PROGRAM_FOOTPRINT = 2u;  // the surface asks how wide the ray is, or traces rays of its own
 const uint PROGRAM_PLACE = 4u;      // of a point, the transparency asks no more than its place on its mesh
 
 // What the shader of a material became. The three parts are programs of their own, so that a shadow ray runs nothing

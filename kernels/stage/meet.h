@@ -40,7 +40,7 @@ FN void escape(LANE lane, IN(PathState) path, vec3 direction) {
     if (FEATURE(FEATURE_DATA_PASSES) && path.bounce == 0u) NOTE_ENVIRONMENT(lane, world);
     if (path.bounce > 0u || !FLAG(JOB_TRANSPARENT)) add_found(lane, path, world, SCENE.world_group);
   }
-  if (path.bounce == 0u) ALPHA(lane) = 1.0f - mean_component(path.throughput);
+  if (path.bounce == 0u) ALPHA(lane) = max(1.0f - mean_component(path.throughput), 0.0f);
 }
 
 // Adds the light of what the ray met on its way and, behind it, of the background. Returns whether it met a surface.

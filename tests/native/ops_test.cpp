@@ -7,6 +7,7 @@
 namespace cotorra {
 constexpr std::uint32_t KERNEL_FEATURES = 0xffffffffu;
 }
+#include "program/ies.h"
 #include "program/image_map.h"
 #include "program/pure.h"
 #include "program/table_ops.h"
