@@ -73,6 +73,9 @@ bool program_trace(SceneData scene, ProgramRay ray, out Hit hit) { return false;
 // The seed of an op's random pairs at the point; two kinds of op never share theirs.
 FN uint ray_seed(IN(ShaderPoint) at, uint op) { return hash_combine(at.rays, op); }
 
+// Most rays of an evaluation, as Blender has it.
+const uint RAY_SAMPLES_MAX = 128u;
+
 // How many bits of a sampler index count `samples` rays an evaluation.
 FN uint ray_bits(uint samples) { return uint(findMSB(max(samples, 1u) - 1u) + 1); }
 
@@ -88,7 +91,7 @@ const uint AO_ONLY_LOCAL = 2u;
 const uint AO_SAMPLES_SHIFT = 8u;
 
 FN float ambient_occlusion(IN(SceneData) scene, IN(ShaderPoint) at, uint mode, float distance, vec3 normal) {
-  const uint samples = mode >> AO_SAMPLES_SHIFT;
+  const uint samples = min(mode >> AO_SAMPLES_SHIFT, RAY_SAMPLES_MAX);
   if (at.rays == 0u || samples == 0u || !(distance > 0.0f)) return 1.0f;
   const vec3 n = normalize_or(normal, at.n) * select((mode & AO_INSIDE) != 0u, -1.0f, 1.0f);
   const bool local = (mode & AO_ONLY_LOCAL) != 0u;
@@ -163,7 +166,7 @@ FN vec3 bevel_ray(IN(SceneData) scene, IN(ShaderPoint) at, uint axis, vec2 u, fl
 }
 
 FN vec3 bevel(IN(SceneData) scene, IN(ShaderPoint) at, uint mode, float radius, vec3 normal) {
-  const uint samples = mode >> BEVEL_SAMPLES_SHIFT;
+  const uint samples = min(mode >> BEVEL_SAMPLES_SHIFT, RAY_SAMPLES_MAX);
   // Rays that left something rough see edges sharp: nobody would tell (Cycles).
   const bool sharp = (at.ray_kind & RAY_BLURRED) != 0u;
   if (at.rays == 0u || samples == 0u || !(radius > 0.0f) || sharp) return normal;
