@@ -160,7 +160,8 @@ def render_wild(settings: object) -> None:
                 uses += 1
                 value = far if name.startswith(('image', 'environment')) else wild[uses % len(wild)]
                 values.append(sketch.op('splat', value) if kind == 'v' else value)
-            mode = (37 * uses & 63) | (trial << 30 if number < 48 else 0)
+            place = 8 if name in ('ao', 'bevel') else 30  # of a number of rays, or of where the point is shifted to
+            mode = (37 * uses & 63) | (trial << place if number < 48 else 0)
             value = sketch.op(name, *values, mode=mode)
             total = sketch.op('vector_math_v', total, value if result == 'v' else sketch.op('splat', value), 0.0, 1.0)
     sketch.principled(
