@@ -15,11 +15,10 @@ import numpy as np
 from cotorra import stats
 from mathutils import Euler, Matrix, Vector
 
-from render_calls import read_exr
+from beside_cycles import in_halves
 from scenes import build
 
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent / 'scripts'))
-from benchmark.fair import make_fair, set_job
 from metrics import Reference, same_image
 
 SIZE = (64, 48)
@@ -79,15 +78,7 @@ def hang(
 
 
 def picture(scene: bpy.types.Scene, engine: str, folder: Path, bounces: int, samples: int) -> Reference:
-    make_fair(scene, engine, bounces, SIZE, threads=2)
-    halves = []
-    for seed in (1, 2):
-        path = folder / f'{engine}{seed}.exr'
-        set_job(scene, samples, seed, str(path))
-        bpy.ops.render.render(write_still=True)
-        channels = read_exr(path)['']
-        halves.append(np.stack([channels[name] for name in 'RGB'], axis=-1))
-    return Reference.from_halves(*halves)
+    return in_halves(scene, engine, folder, bounces, SIZE, samples)
 
 
 def assert_as_cycles(scene: bpy.types.Scene, folder: Path, bounces: int = 1, samples: int = SAMPLES) -> None:

@@ -26,6 +26,7 @@ def device(request: pytest.FixtureRequest) -> str:
 def test_each_limit_holds_for_its_light(device: str) -> None:
     """A floor in the sun has radiance 0.8, and the sun is direct light. So is a world that the camera sees, or that one
     bounce finds."""
+    # Each sample brings the same light, so that only sums of floats differ: 1e-4 is far above their rounding.
     floor, nothing = scene(layers(1), materials(1), lights=FROM_ABOVE), scene((), materials(1), world=GREY)
     np.testing.assert_allclose(mean(floor, device, clamp_direct=0.1), 0.1, rtol=1e-4)
     np.testing.assert_allclose(mean(floor, device, clamp_indirect=0.1), 0.8, rtol=1e-4)

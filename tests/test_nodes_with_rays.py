@@ -16,12 +16,11 @@ import pytest
 from cotorra import compat, stats
 from mathutils import Vector
 
+from beside_cycles import in_halves
 from flat_scenes import node
-from render_calls import read_exr
 from scenes import build
 
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent / 'scripts'))
-from benchmark.fair import make_fair, set_job
 from metrics import Reference, same_image
 
 pytestmark = pytest.mark.usefixtures('engine')
@@ -257,15 +256,7 @@ def scene_of(surface: Surface) -> bpy.types.Scene:
 
 
 def picture(scene: bpy.types.Scene, engine: str, folder: Path, samples: int = SAMPLES) -> Reference:
-    make_fair(scene, engine, BOUNCES, SIZE, threads=2)
-    halves = []
-    for seed in (1, 2):
-        path = folder / f'{engine}{seed}.exr'
-        set_job(scene, samples, seed, str(path))
-        bpy.ops.render.render(write_still=True)
-        channels = read_exr(path)['']
-        halves.append(np.stack([channels[name] for name in 'RGB'], axis=-1))
-    return Reference.from_halves(*halves)
+    return in_halves(scene, engine, folder, BOUNCES, SIZE, samples)
 
 
 def assert_as_cycles(scene: bpy.types.Scene, folder: Path) -> None:

@@ -16,6 +16,7 @@ import pytest
 from cotorra import compat, stats
 from mathutils import Vector
 
+from beside_cycles import in_halves
 from flat_scenes import flat, node
 from render_calls import read_exr
 from scenes import build
@@ -293,15 +294,7 @@ def scene_of(surface: Surface, sky: Surface | None = None) -> bpy.types.Scene:
 
 
 def picture(scene: bpy.types.Scene, engine: str, folder: Path) -> Reference:
-    make_fair(scene, engine, BOUNCES, SIZE, threads=2)
-    halves = []
-    for seed in (1, 2):
-        path = folder / f'{engine}{seed}.exr'
-        set_job(scene, SAMPLES, seed, str(path))
-        bpy.ops.render.render(write_still=True)
-        channels = read_exr(path)['']
-        halves.append(np.stack([channels[name] for name in 'RGB'], axis=-1))
-    return Reference.from_halves(*halves)
+    return in_halves(scene, engine, folder, BOUNCES, SIZE, SAMPLES)
 
 
 def assert_as_cycles(scene: bpy.types.Scene, folder: Path) -> None:
