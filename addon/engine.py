@@ -14,7 +14,7 @@ from . import choices, final_render, passes, settings
 class CotorraRenderEngine(bpy.types.RenderEngine):
     bl_idname = choices.ENGINE
     bl_label = 'Cotorra'
-    bl_use_preview = False  # Blender's scenes for previews were not tried yet
+    bl_use_preview = True
     bl_use_shading_nodes_custom = False  # materials are made of Blender's own nodes; without this the editor hides them
     bl_use_eevee_viewport = True  # EEVEE draws the viewport's material preview, as it does for Cycles
 

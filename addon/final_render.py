@@ -15,7 +15,7 @@ from typing import Any
 
 import bpy
 
-from . import denoise, export, lamps, native, passes, settings, stats, watch
+from . import denoise, export, lamps, native, passes, preview, settings, stats, watch
 from .export.buffers import Camera, RenderSettings
 from .log import Cancelled, Log, spelled
 from .reporter import Reporter, position_in_frame
@@ -48,7 +48,8 @@ def render_view_layer(engine: bpy.types.RenderEngine, depsgraph: bpy.types.Depsg
             watcher = watch.active
             return bool(interrupt.by) or stop_asked(engine) or (watcher is not None and watcher.stop)
 
-        job = RenderJob(engine, depsgraph, Log(message_sink(engine), should_stop))
+        show = None if engine.is_preview else message_sink(engine)
+        job = RenderJob(engine, depsgraph, Log(show, should_stop))
         try:
             job.begin()
             job.run()
@@ -70,7 +71,7 @@ def render_view_layer(engine: bpy.types.RenderEngine, depsgraph: bpy.types.Depsg
         except BaseException as failure:
             watch.show_traceback()
             error = error or f'{type(failure).__name__}: {failure}'
-    if error:
+    if error and not engine.is_preview:
         engine.report({'ERROR'}, spelled(f'Cotorra: {error}'))
 
 
@@ -117,7 +118,7 @@ class RenderJob:
     def begin(self) -> None:
         """Open the render result; its size is the border's where a border is rendered."""
         engine = self.engine
-        if position_in_frame(self.depsgraph.scene, self.layer)[0] == 0:
+        if position_in_frame(self.depsgraph.scene, self.layer)[0] == 0 and not engine.is_preview:
             stats.clear(self.scene.name)
         self.result = engine.begin_result(0, 0, engine.resolution_x, engine.resolution_y, layer=self.layer.name)
         if self.result is None or len(self.result.layers) == 0:
@@ -155,6 +156,9 @@ class RenderJob:
         )
         self.film = settings.film(self.scene, camera, self.log)
         self.time_limit = settings.time_limit(self.scene, self.log)
+        if self.engine.is_preview:
+            render_settings = preview.smaller(render_settings)
+            self.denoising, self.time_limit = None, preview.SECONDS_MAX
         self.stats.describe(size, self.scene.cotorra.device, render_settings)
         self.stats.sync_seconds = time.perf_counter() - began
         self.memory.sample()
@@ -295,7 +299,8 @@ class RenderJob:
         self.stats.warnings = self.log.texts('WARNING')
         self.stats.total_seconds = time.perf_counter() - self.start
         self.stats.measure(self.memory)
-        stats.record(self.scene.name, self.stats)
+        if not self.engine.is_preview:  # Blender's scenes for previews are no scene of the user's
+            stats.record(self.scene.name, self.stats)
 
 
 def interruptible(module: ModuleType, log: Log, work: Callable[[Callable[[], bool]], Any]) -> Any:

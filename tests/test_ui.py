@@ -6,13 +6,14 @@ There is no window here: a stand-in for the layout checks each name against Blen
 
 from __future__ import annotations
 
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
 import bpy
 import pytest
 from cotorra import choices, cycles_settings, devices, native, stats, ui
-from cotorra.ui import render_panels
+from cotorra.ui import render_panels, sampling_presets, warnings_panel
 
 from scenes import build
 
@@ -42,10 +43,15 @@ class Layout:
 
     column = box = row
 
-    def operator(self, name: str, text: str = '', **_options: Any) -> None:
+    def template_preview(self, owner: Any) -> None:
+        assert isinstance(owner, bpy.types.ID)
+        self.shown.append('preview')
+
+    def operator(self, name: str, text: str = '', **_options: Any) -> SimpleNamespace:
         group, function = name.split('.')
         assert function in dir(getattr(bpy.ops, group))
-        self.shown.append(text)
+        self.shown += [text] if text else []
+        return SimpleNamespace()
 
 
 def window(**context: Any) -> SimpleNamespace:
@@ -225,10 +231,10 @@ def test_panels_stand_where_users_of_cycles_look_for_them():
     assert in_order(render, 'Sampling', 'Integrator', 'Light Paths', 'Film', 'Performance', 'Simplify')
     assert render.count('Simplify') == 1
     assert in_order(shown_in('view_layer'), 'Override', 'Passes')
-    material = ('Surface', 'Cotorra Model', 'Settings', 'Animation')
+    material = ('Preview', 'Surface', 'Cotorra Model', 'Volume', 'Displacement', 'Settings', 'Animation')
     assert in_order(shown_in('material'), *material)
-    assert in_order(shown_in('data'), 'Light', 'Nodes', 'Settings')
-    assert in_order(shown_in('world'), 'Surface', 'Ray Visibility', 'Settings')
+    assert in_order(shown_in('data'), 'Preview', 'Light', 'Nodes', 'Settings')
+    assert in_order(shown_in('world'), 'Preview', 'Surface', 'Ray Visibility', 'Settings')
 
 
 def test_no_name_is_a_letter():
@@ -306,6 +312,41 @@ def test_warnings_stay_in_sight():
     context = window(space_data=area, window_manager=windows)
     for _ in range(2):
         header.clear()
-        render_panels.draw_mark(SimpleNamespace(layout=Layout(header)), context)
+        warnings_panel.draw_mark(SimpleNamespace(layout=Layout(header)), context)
     assert header == ['3 in Render Properties > Warnings'] and redrawn == ['PROPERTIES']
     stats.clear(scene.name)
+
+
+def test_a_click_on_a_warning_selects_what_it_is_about():
+    scene = build.new_scene()
+    layer = bpy.context.view_layer
+    material = bpy.data.materials.new('Glass "thin": 3')
+    items = [bpy.data.objects.new(name, bpy.data.meshes.new(name)) for name in ('A', 'B', 'C')]
+    for item in items:
+        scene.collection.objects.link(item)
+    for item in items[:2]:
+        item.data.materials.append(material)
+    lamp = bpy.data.objects.new('Lamp', bpy.data.lights.new('Its Data', 'POINT'))
+    scene.collection.objects.link(lamp)
+    layer.update()
+
+    def selected_by(text: str) -> set[str]:
+        assert bpy.ops.object.cotorra_select_named(text=text) == {'FINISHED'}
+        return {item.name for item in layer.objects if item.select_get()}
+
+    assert selected_by(f'Material "{material.name}": node "X" is left out') == {'A', 'B'}
+    assert selected_by('Object "C": has no faces') == {'C'} and layer.objects.active == items[2]
+    assert selected_by('Light "Its Data": it lights nothing') == {'Lamp'}
+    items[2].hide_set(True)
+    for text in ('Object "C": has no faces', 'Object "Gone": has no faces', 'Scene "S": it is so'):
+        assert bpy.ops.object.cotorra_select_named(text=text) == {'CANCELLED'}
+
+
+@pytest.mark.parametrize('name', ['draft', 'good', 'reference'])
+def test_a_preset_of_sampling_holds(name):
+    """Also where the settings were Cycles'."""
+    scene = build.new_scene()
+    path = Path(ui.__file__).parent.parent / 'presets' / sampling_presets.PRESETS / f'{name}.py'
+    scene.cycles.samples = 7
+    exec(compile(path.read_text(encoding='utf-8'), str(path), 'exec'), {})
+    assert cycles_settings.inherited(scene, 'samples') == scene.cotorra.samples != 7

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import bpy
 
-from .panel import CotorraPanel, HeadingPanel, light_group, node_input, split_layout
+from .panel import CotorraPanel, HeadingPanel, light_group, node_input, split_layout, wrapped
 
 GEOMETRY_TYPES = {'MESH', 'CURVE', 'SURFACE', 'FONT', 'META', 'CURVES', 'POINTCLOUD', 'VOLUME'}
 
@@ -131,6 +131,19 @@ class COTORRA_LIGHT_PT_settings(LightPanel, bpy.types.Panel):
             flags.prop(cycles, 'use_multiple_importance_sampling', text='Multiple Importance')
 
 
+class COTORRA_WORLD_PT_preview(CotorraPanel, bpy.types.Panel):
+    bl_label = 'Preview'
+    bl_context = 'world'
+    bl_options = {'DEFAULT_CLOSED'}
+
+    @classmethod
+    def poll(cls, context):
+        return context.world is not None and super().poll(context)
+
+    def draw(self, context):
+        self.layout.template_preview(context.world)
+
+
 class COTORRA_WORLD_PT_surface(CotorraPanel, bpy.types.Panel):
     bl_label = 'Surface'
     bl_context = 'world'
@@ -202,6 +215,26 @@ class COTORRA_MATERIAL_PT_surface(MaterialPanel, bpy.types.Panel):
             self.layout.prop(context.material, 'diffuse_color')
 
 
+class COTORRA_MATERIAL_PT_volume(MaterialPanel, bpy.types.Panel):
+    bl_label = 'Volume'
+    bl_options = {'DEFAULT_CLOSED'}
+
+    def draw(self, context):
+        self.layout.use_property_split = True
+        node_input(self.layout, context.material, 'Volume')
+        wrapped(self.layout, context, 'Volumes are not rendered yet')
+
+
+class COTORRA_MATERIAL_PT_displacement(MaterialPanel, bpy.types.Panel):
+    bl_label = 'Displacement'
+    bl_options = {'DEFAULT_CLOSED'}
+
+    def draw(self, context):
+        self.layout.use_property_split = True
+        node_input(self.layout, context.material, 'Displacement')
+        wrapped(self.layout, context, 'Bends the normal, and does not move the surface yet')
+
+
 class COTORRA_MATERIAL_PT_settings(MaterialPanel, bpy.types.Panel):
     bl_label = 'Settings'
     bl_options = {'DEFAULT_CLOSED'}
@@ -254,6 +287,7 @@ CLASSES = (
     COTORRA_LIGHT_PT_beam_shape,
     COTORRA_LIGHT_PT_nodes,
     COTORRA_LIGHT_PT_settings,
+    COTORRA_WORLD_PT_preview,
     COTORRA_WORLD_PT_surface,
     COTORRA_WORLD_PT_ray_visibility,
     COTORRA_WORLD_PT_settings,
@@ -263,5 +297,5 @@ CLASSES = (
     COTORRA_OBJECT_PT_ray_visibility,
 )
 
-# The material's settings come after its model, of model_panels.py.
-LAST_CLASSES = (COTORRA_MATERIAL_PT_settings,)
+# These of the material come after its model, of model_panels.py.
+LAST_CLASSES = (COTORRA_MATERIAL_PT_volume, COTORRA_MATERIAL_PT_displacement, COTORRA_MATERIAL_PT_settings)

@@ -9,13 +9,10 @@ from __future__ import annotations
 import bpy
 from bl_ui.properties_grease_pencil_common import GreasePencilSimplifyPanel
 
-from .. import cycles_settings, devices, native, settings, stats
+from .. import cycles_settings, devices, settings
 from ..choices import ENGINE
+from . import sampling_presets, warnings_panel
 from .panel import CotorraPanel, HeadingPanel, setting, split_layout, wrapped
-
-SHOWN_WARNINGS = 20
-
-_marked: list[str] = []  # what the mark in the image editor told last
 
 
 def draw_device(self, context):
@@ -32,52 +29,11 @@ def draw_device(self, context):
             wrapped(layout, context, problem, 'ERROR')
 
 
-def problems(scene: bpy.types.Scene) -> list[str]:
-    """What the user should know of the scene's last render, errors first, each once."""
-    layers = stats.last(scene.name)
-    restart = [native.RESTART] if native.restart_needed() else []
-    errors = [entry.error for entry in layers if entry.error]
-    return list(dict.fromkeys([*restart, *errors, *(text for entry in layers for text in entry.warnings)]))
-
-
-def draw_mark(self, context):
-    """In the header of the image editor, over the render result."""
-    global _marked
-    image = context.space_data.image
-    if context.engine != ENGINE or image is None or image.type != 'RENDER_RESULT':
-        return
-    found = problems(context.scene)
-    if found:
-        self.layout.label(text=f'{len(found)} in Render Properties > Warnings', icon='ERROR')
-    # A render draws the image editor anew and not the panel; it may not do so itself, in a thread of its own.
-    if found != _marked:
-        _marked = found
-        for window in context.window_manager.windows:
-            for area in window.screen.areas:
-                if area.type == 'PROPERTIES':
-                    area.tag_redraw()
-
-
-class COTORRA_RENDER_PT_warnings(CotorraPanel, bpy.types.Panel):
-    bl_label = 'Warnings'
-
-    @classmethod
-    def poll(cls, context):
-        return super().poll(context) and bool(problems(context.scene))
-
-    def draw_header_preset(self, _context):
-        self.layout.label(text='', icon='ERROR')
-
-    def draw(self, context):
-        found = problems(context.scene)
-        for text in found[:SHOWN_WARNINGS]:
-            wrapped(self.layout, context, text, 'DOT')
-        if len(found) > SHOWN_WARNINGS:
-            self.layout.label(text=f'{len(found) - SHOWN_WARNINGS} more in the Info editor')
-
-
 class COTORRA_RENDER_PT_sampling(CotorraPanel, bpy.types.Panel):
     bl_label = 'Sampling'
+
+    def draw_header_preset(self, _context):
+        sampling_presets.COTORRA_PT_sampling_presets.draw_panel_header(self.layout)
 
     def draw(self, context):
         layout = split_layout(self)
@@ -259,7 +215,8 @@ class COTORRA_RENDER_PT_simplify_greasepencil(CotorraPanel, GreasePencilSimplify
 
 # Among these come the panels of integrator_panels.py.
 FIRST_CLASSES = (
-    COTORRA_RENDER_PT_warnings,
+    *sampling_presets.CLASSES,
+    *warnings_panel.CLASSES,
     COTORRA_RENDER_PT_sampling,
     COTORRA_RENDER_PT_sampling_denoise,
     COTORRA_RENDER_PT_sampling_seed,
@@ -280,9 +237,9 @@ LAST_CLASSES = (
 
 def register_draws() -> None:
     bpy.types.RENDER_PT_context.append(draw_device)
-    bpy.types.IMAGE_HT_header.append(draw_mark)
+    bpy.types.IMAGE_HT_header.append(warnings_panel.draw_mark)
 
 
 def unregister_draws() -> None:
     bpy.types.RENDER_PT_context.remove(draw_device)
-    bpy.types.IMAGE_HT_header.remove(draw_mark)
+    bpy.types.IMAGE_HT_header.remove(warnings_panel.draw_mark)

@@ -20,7 +20,6 @@ OPEN_TO_ALL = 'BLENDER_RENDER'
 # render_panels.py where users of Cycles look for them.
 LEFT_OUT = {
     'DATA_PT_light',
-    'DATA_PT_preview',  # as long as bl_use_preview is off
     'DATA_PT_spot',
     'NODE_DATA_PT_light',
     'DATA_PT_context_lightprobe',
@@ -38,6 +37,7 @@ LEFT_OUT = {
 # Panels that name their engines one by one and hold what Cotorra reads.
 ADDED = {
     'EEVEE_MATERIAL_PT_context_material',
+    'MATERIAL_PT_preview',
     'OBJECT_PT_shadow_terminator',
 }
 
