@@ -43,6 +43,24 @@ DENOISING_QUALITIES = (
     ('BALANCED', 'Balanced', 'Between the two'),
     ('FAST', 'Fast', 'The shortest time'),
 )
+# What the Rendered viewport can show: identifier, native pass, name, description.
+VIEWPORT_PASSES = (
+    ('COMBINED', 'combined', 'Combined', 'The picture'),
+    ('NORMAL', 'normal', 'Normal', 'Which way surfaces face, in world space'),
+    ('DIFFUSE_COLOR', 'diffuse_color', 'Diffuse Color', 'What color surfaces have, without light'),
+    ('DENOISING_ALBEDO', 'denoising_albedo', 'Albedo', 'What color surfaces have, mirrors and glass seen through'),
+    ('POSITION', 'position', 'Position', 'Where surfaces are, in world space'),
+    ('DEPTH', 'depth', 'Depth', 'How far surfaces are along the view'),
+    ('UV', 'uv', 'UV', 'Texture coordinates of the active UV map'),
+    ('EMISSION', 'emission', 'Emission', 'Light that surfaces emit toward the viewer'),
+    ('ENVIRONMENT', 'environment', 'Environment', 'The world where nothing stands before it'),
+    ('SHADOW', 'shadow', 'Shadow', 'How much of the light of lamps arrives'),
+    ('AO', 'ao', 'Ambient Occlusion', 'How much of the sky each point sees'),
+    ('TERM_D', 'term_d', 'Distribution', 'The distribution term D of highlights, for each lamp, summed'),
+    ('TERM_G', 'term_g', 'Masking', 'The masking term G of highlights, for each lamp, summed'),
+    ('TERM_F', 'term_f', 'Fresnel', 'The Fresnel term F of highlights, for each lamp, summed'),
+    ('SAMPLE_COUNT', 'sample_count', 'Sample Count', 'The part of the samples that each pixel took'),
+)
 DEVICES = (
     ('CPU', 'CPU', "All processor cores that Blender's thread setting allows"),
     ('VULKAN', 'GPU (Vulkan)', 'A graphics card with Vulkan 1.2'),

@@ -38,6 +38,11 @@ INHERITED = {
     'transmission_bounces': 'cycles.transmission_bounces',
     'transparent_bounces': 'cycles.transparent_max_bounces',
     'ao_distance': 'world.light_settings.distance',
+    'preview_samples': 'cycles.preview_samples',
+    'use_preview_adaptive_sampling': 'cycles.use_preview_adaptive_sampling',
+    'preview_noise_threshold': 'cycles.preview_adaptive_threshold',
+    'preview_adaptive_min_samples': 'cycles.preview_adaptive_min_samples',
+    'preview_pause': 'cycles.preview_pause',
 }
 
 

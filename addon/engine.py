@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The render engine that Blender sees. Instances are short-lived, so nothing is kept here: each call hands over.
-
-Rendering in the viewport is not offered yet: without `view_update` and `view_draw` Blender leaves the view as it is.
+"""The render engine that Blender sees. Final renders keep nothing here, since their instances are short-lived; that of
+a viewport lasts as long as what it shows, and has a Viewport.
 """
 
 from __future__ import annotations
@@ -9,6 +8,8 @@ from __future__ import annotations
 import bpy
 
 from . import choices, final_render, passes, settings
+from .viewport import ticking
+from .viewport.viewport import Viewport
 
 
 class CotorraRenderEngine(bpy.types.RenderEngine):
@@ -18,11 +19,30 @@ class CotorraRenderEngine(bpy.types.RenderEngine):
     bl_use_shading_nodes_custom = False  # materials are made of Blender's own nodes; without this the editor hides them
     bl_use_eevee_viewport = True  # EEVEE draws the viewport's material preview, as it does for Cycles
 
+    viewport: Viewport | None = None  # of the instance that Blender makes for a 3D viewport
+
+    def __del__(self):
+        if self.viewport is not None:
+            self.viewport.close()
+        inherited = getattr(super(), '__del__', None)
+        if inherited is not None:
+            inherited()
+
     def update_render_passes(self, scene=None, renderlayer=None):
         passes.register(self, scene, renderlayer, settings.denoising(scene, renderlayer) is not None)
 
     def render(self, depsgraph):
         final_render.render_view_layer(self, depsgraph)
+
+    def view_update(self, context, depsgraph):
+        if self.viewport is None:
+            self.viewport = Viewport(self)
+        self.viewport.update(context, depsgraph)
+
+    def view_draw(self, context, depsgraph):
+        if self.viewport is None:
+            self.view_update(context, depsgraph)
+        self.viewport.draw(context, depsgraph)
 
 
 def register() -> None:
@@ -30,4 +50,5 @@ def register() -> None:
 
 
 def unregister() -> None:
+    ticking.stop()
     bpy.utils.unregister_class(CotorraRenderEngine)

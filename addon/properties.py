@@ -24,6 +24,7 @@ from .choices import (
     SECONDS_MAX,
     SEED_MAX,
     SETTINGS_FROM,
+    VIEWPORT_PASSES,
     WHITTED_DEPTH_MAX,
 )
 from .light_settings import CotorraLightSettings
@@ -196,6 +197,40 @@ class CotorraSceneSettings(bpy.types.PropertyGroup):
         update=tag_scene,
     )
 
+    # The Rendered viewport
+    preview_samples: IntProperty(
+        name='Viewport Samples',
+        description='Paths that start in each pixel of the viewport. 0 goes on for as long as it is shown',
+        default=1024,
+        min=0,
+        max=SAMPLES_MAX,
+        soft_max=4096,
+        update=tag_scene,
+    )
+    use_preview_adaptive_sampling: switch(
+        'Viewport Noise Threshold', 'Stop early in the parts of the viewport whose noise is below the threshold', True
+    )
+    preview_noise_threshold: FloatProperty(
+        name='Viewport Noise Threshold',
+        description='Noise at which a pixel of the viewport is finished. Lower is cleaner and takes longer',
+        default=0.1,
+        min=0.0,
+        max=1.0,
+        soft_min=0.001,
+        precision=4,
+        update=tag_scene,
+    )
+    preview_adaptive_min_samples: IntProperty(
+        name='Viewport Min Samples',
+        description='Samples that each pixel takes before its noise is judged. 0 chooses by the threshold',
+        default=0,
+        min=0,
+        max=SAMPLES_MAX,
+        soft_max=4096,
+        update=tag_scene,
+    )
+    preview_pause: switch('Pause Preview', 'Leave the Rendered viewport as it is')
+
     time_limit: FloatProperty(
         name='Time Limit',
         description='Stop after this time, at the first sample of each pixel at the earliest. 0 for no limit',
@@ -366,13 +401,31 @@ class CotorraViewLayerSettings(bpy.types.PropertyGroup):
     )
 
 
+class CotorraShadingSettings(bpy.types.PropertyGroup):
+    """Of one 3D viewport."""
+
+    render_pass: EnumProperty(
+        name='Pass',
+        description='What the Rendered viewport shows',
+        items=[(identifier, name, text) for identifier, _, name, text in VIEWPORT_PASSES],
+        default='COMBINED',
+    )
+
+
 # Those that others refer to come first.
-CLASSES = (CotorraMaterialSettings, CotorraLightSettings, CotorraSceneSettings, CotorraViewLayerSettings)
+CLASSES = (
+    CotorraMaterialSettings,
+    CotorraLightSettings,
+    CotorraSceneSettings,
+    CotorraViewLayerSettings,
+    CotorraShadingSettings,
+)
 OWNERS = (
     (bpy.types.Material, CotorraMaterialSettings),
     (bpy.types.Light, CotorraLightSettings),
     (bpy.types.Scene, CotorraSceneSettings),
     (bpy.types.ViewLayer, CotorraViewLayerSettings),
+    (bpy.types.View3DShading, CotorraShadingSettings),
 )
 
 

@@ -35,12 +35,20 @@ def export_camera(
 
 
 def export_scene(
-    depsgraph: bpy.types.Depsgraph, engine_scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer, log: Log
+    depsgraph: bpy.types.Depsgraph,
+    engine_scene: bpy.types.Scene,
+    view_layer: bpy.types.ViewLayer,
+    log: Log,
+    space: bpy.types.SpaceView3D | None = None,
 ) -> SceneBuffers:
-    """Everything that one view layer shows. `engine_scene` is the depsgraph's evaluated scene."""
+    """Everything that one view layer shows. `engine_scene` is the depsgraph's evaluated scene.
+
+    space: the 3D viewport that shows it, which may leave out objects and lamps.
+    """
     trees = Trees(log.checkpoint)
     light_groups = {group.name: index for index, group in enumerate(view_layer.lightgroups)}
-    walk = instances.walk(depsgraph)
+    walk = instances.walk(depsgraph, space)
+    lit = space is None or space.shading.use_scene_lights_render
     log.checkpoint()
 
     # What each group is: a lamp, or a mesh with its materials, or nothing.
@@ -60,6 +68,8 @@ def export_scene(
         visibility = instances.visibility(group, evaluated_layer)
         group_of_lights = instances.light_group(group, light_groups)
         if isinstance(group.data, bpy.types.Light):
+            if not lit:
+                continue
             lamp = lights.read_lamp(group.obj, visibility, group_of_lights, log, shaders)
             if lamp is not None:
                 lamp_of_group[index] = len(lamps)
@@ -73,7 +83,7 @@ def export_scene(
     needed = layers.plan(found, shaders.drafts, [row.shader for row in table.rows])
     meshes = shapes.read_meshes(found, needed, log)
     shown, shape_of = _members(walk.group_of, shape_of_group)
-    lit, lamp_of = _members(walk.group_of, lamp_of_group)
+    shining, lamp_of = _members(walk.group_of, lamp_of_group)
     objects, items = shapes.instance_arrays(found, meshes, shape_of, walk.transforms[shown], table, log)
     objects = instance_info.with_info(objects, walk, shown[items], needed, depsgraph)
     surfaces, slots = materials.material_arrays(table, engine_scene)
@@ -82,7 +92,7 @@ def export_scene(
         instances=objects,
         materials=surfaces,
         material_slots=slots,
-        lights=lights.light_arrays(lamps, walk.transforms[lit], lamp_of, view_layer, log),
+        lights=lights.light_arrays(lamps, walk.transforms[shining], lamp_of, view_layer, log),
         world=background,
         light_groups=tuple(light_groups),
         images=tuple(images.images),

@@ -58,7 +58,7 @@ def read_camera(
         clip=lens.clip,
         resolution=(width, height),
         region=region if region is not None else border_region(render),
-        filter_width=_filter_width(scene, log),
+        filter_width=filter_width(scene, log),
     )
 
 
@@ -141,7 +141,7 @@ def _without_scale(matrix: np.ndarray) -> F32 | None:
     return unscaled.astype(np.float32)
 
 
-def _filter_width(scene: bpy.types.Scene, log: Log) -> float:
+def filter_width(scene: bpy.types.Scene, log: Log) -> float:
     """Width of the pixel filter: Cycles' setting, for its scenes to look the same; where there is none, the scene's."""
     cycles = getattr(scene, 'cycles', None)  # absent where the Cycles add-on is disabled
     if cycles is None:

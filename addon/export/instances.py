@@ -58,8 +58,11 @@ class Walk:
     transforms: F32
 
 
-def walk(depsgraph: bpy.types.Depsgraph) -> Walk:
-    """Read all instances. The items of the collection are gone after each step, what they point to is not."""
+def walk(depsgraph: bpy.types.Depsgraph, space: bpy.types.SpaceView3D | None = None) -> Walk:
+    """Read all instances. The items of the collection are gone after each step, what they point to is not.
+
+    space: the 3D viewport that they are for: what its local view or its collections hide is taken as without data.
+    """
     index: dict[tuple, int] = {}
     groups: list[Group] = []
     group_of: list[int] = []
@@ -67,7 +70,7 @@ def walk(depsgraph: bpy.types.Depsgraph) -> Walk:
     for item in collection:
         shown = item.object
         data = shown.data
-        if data is None:
+        if data is None or not (space is None or shown.visible_in_viewport_get(space)):
             group_of.append(-1)
             continue
         # `object` of an instance is a passing copy; `instance_object` is None for what is no instance.

@@ -16,11 +16,13 @@ from . import (
     program_panel,
     render_panels,
     standard_panels,
+    viewport_panels,
 )
 
 # In the order in which Blender shows them; panels that stand in others come after them.
 CLASSES = (
     *render_panels.FIRST_CLASSES,
+    *viewport_panels.CLASSES,
     *integrator_panels.CLASSES,
     *model_panels.RENDER_CLASSES,
     *render_panels.LAST_CLASSES,
@@ -38,9 +40,11 @@ def register() -> None:
         bpy.utils.register_class(cls)
     model_panels.register_presets()
     render_panels.register_draws()
+    viewport_panels.register_draws()
 
 
 def unregister() -> None:
+    viewport_panels.unregister_draws()
     render_panels.unregister_draws()
     model_panels.unregister_presets()
     for cls in reversed(CLASSES):

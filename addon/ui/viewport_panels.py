@@ -1,0 +1,70 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What stands at the Rendered viewport: its sampling, what it shows, and the button that lets it rest.
+
+The settings are defined in properties.py.
+"""
+
+from __future__ import annotations
+
+import bpy
+
+from .. import cycles_settings
+from ..choices import ENGINE
+from .panel import CotorraPanel, setting, split_layout
+
+
+class COTORRA_RENDER_PT_sampling_viewport(CotorraPanel, bpy.types.Panel):
+    bl_label = 'Viewport'
+    bl_parent_id = 'COTORRA_RENDER_PT_sampling'
+    bl_options = {'DEFAULT_CLOSED'}
+
+    def draw(self, context):
+        layout = split_layout(self)
+        scene = context.scene
+        adaptive = cycles_settings.inherited(scene, 'use_preview_adaptive_sampling')
+        heading = layout.column(align=True, heading='Noise Threshold')
+        row = heading.row(align=True)
+        setting(row, scene, 'use_preview_adaptive_sampling', text='')
+        threshold = row.row()
+        threshold.active = adaptive
+        setting(threshold, scene, 'preview_noise_threshold', text='')
+        column = layout.column(align=True)
+        setting(column, scene, 'preview_samples', text='Max Samples' if adaptive else 'Samples')
+        if adaptive:
+            setting(column, scene, 'preview_adaptive_min_samples', text='Min Samples')
+        layout.prop(scene.render, 'preview_pixel_size', text='Pixel Size')
+
+
+class COTORRA_VIEW3D_PT_shading_pass(bpy.types.Panel):
+    """In the popover of the shading modes."""
+
+    bl_space_type = 'VIEW_3D'
+    bl_region_type = 'HEADER'
+    bl_label = 'Render Pass'
+    bl_parent_id = 'VIEW3D_PT_shading'
+
+    @classmethod
+    def poll(cls, context):
+        return context.engine == ENGINE and context.space_data.shading.type == 'RENDERED'
+
+    def draw(self, context):
+        self.layout.prop(context.space_data.shading.cotorra, 'render_pass', text='')
+
+
+CLASSES = (COTORRA_RENDER_PT_sampling_viewport, COTORRA_VIEW3D_PT_shading_pass)
+
+
+def draw_pause(self, context):
+    """In the header of the 3D viewport."""
+    if context.engine != ENGINE or context.space_data.shading.type != 'RENDERED':
+        return
+    owner, name = cycles_settings.source(context.scene, 'preview_pause')
+    self.layout.prop(owner, name, icon='PLAY' if getattr(owner, name) else 'PAUSE', text='')
+
+
+def register_draws() -> None:
+    bpy.types.VIEW3D_HT_header.append(draw_pause)
+
+
+def unregister_draws() -> None:
+    bpy.types.VIEW3D_HT_header.remove(draw_pause)

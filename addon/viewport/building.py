@@ -1,0 +1,50 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The native scene of a viewport, built on a thread of its own, so that the window goes on meanwhile.
+
+It works on arrays; nothing of `bpy` is known here.
+"""
+
+from __future__ import annotations
+
+import threading
+from types import ModuleType
+from typing import Any
+
+from ..export.buffers import SceneBuffers
+
+
+class Build:
+    """One scene on its way. Its thread ends by itself; `cancel` makes that soon."""
+
+    def __init__(self, module: ModuleType, buffers: SceneBuffers, threads: int, embree: str | None) -> None:
+        """embree: the library by which the CPU traces rays; None where a graphics card does."""
+        self.scene: Any = None
+        self.error: BaseException | None = None
+        self._module = module
+        self._arguments = (buffers, threads, embree)
+        self._cancelled = threading.Event()
+        self._thread = threading.Thread(target=self._run, name='cotorra viewport build', daemon=True)
+        self._thread.start()
+
+    def cancel(self) -> None:
+        self._cancelled.set()
+
+    def done(self, seconds: float = 0.0) -> bool:
+        """Whether there is a scene or an error; waits for so long. The interpreter is free meanwhile."""
+        self._thread.join(seconds)
+        return not self._thread.is_alive()
+
+    def _run(self) -> None:
+        buffers, threads, embree = self._arguments
+        stop = self._cancelled.is_set
+        try:
+            scene = self._module.Scene(buffers, should_cancel=stop, bvh=False)
+            if embree is not None:
+                scene.build_bvh(threads, embree, should_cancel=stop)
+            self.scene = scene
+        except self._module.Cancelled:
+            pass
+        except BaseException as error:
+            self.error = error
+        finally:
+            self._arguments = None

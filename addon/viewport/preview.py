@@ -1,0 +1,50 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What the viewport renders by: the scene's settings, with samples and noise threshold of its own, and what it shows.
+
+Final renders read settings.py alone.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import bpy
+
+from .. import cycles_settings, settings
+from ..choices import SAMPLES_MAX, VIEWPORT_PASSES
+from ..export.buffers import RenderSettings
+from ..log import Log
+
+COMBINED = 'COMBINED'
+NATIVE_PASSES = {identifier: native for identifier, native, *_ in VIEWPORT_PASSES}
+
+
+def render_settings(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer, shown: str, log: Log) -> RenderSettings:
+    """For the viewport. scene and view_layer are the evaluated ones; shown: one of choices.VIEWPORT_PASSES."""
+    native = NATIVE_PASSES[shown]
+    found = settings.render_settings(scene, view_layer, tuple(dict.fromkeys(('combined', native))), log)
+    return replace(
+        found,
+        # As in Cycles, 0 goes on for as long as one looks.
+        samples=cycles_settings.inherited(scene, 'preview_samples') or SAMPLES_MAX,
+        adaptive=cycles_settings.inherited(scene, 'use_preview_adaptive_sampling'),
+        noise_threshold=cycles_settings.inherited(scene, 'preview_noise_threshold') or 0.01,
+        adaptive_min_samples=cycles_settings.inherited(scene, 'preview_adaptive_min_samples'),
+    )
+
+
+def shown_pass(space: bpy.types.SpaceView3D) -> str:
+    """Identifier of the pass that a 3D viewport shows."""
+    return space.shading.cotorra.render_pass
+
+
+def paused(scene: bpy.types.Scene) -> bool:
+    return cycles_settings.inherited(scene, 'preview_pause')
+
+
+def pixel_size(scene: bpy.types.Scene, preferences: bpy.types.Preferences) -> int:
+    """Screen pixels along a side of each rendered one, at rest: Blender's setting."""
+    wanted = scene.render.preview_pixel_size
+    if wanted != 'AUTO':
+        return int(wanted)
+    return 2 if preferences.system.pixel_size > 1.5 else 1

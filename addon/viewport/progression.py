@@ -1,0 +1,179 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""One picture as it gets better: a session with few large pixels first, then one with all of them.
+
+It knows the native module and arrays, neither Blender's window nor its data. Rays are traced by the sessions' threads,
+which are asked for what they have; where something is waited for, the interpreter is free.
+"""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass, replace
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+
+from ..export.buffers import PASSES, Camera, RenderSettings
+from .view import coarser
+
+# The pass with large pixels is to take no longer than this; how large they are follows from how fast the last was.
+COARSE_SECONDS = 0.025
+COARSEST = 16
+COARSE_FIRST = 8  # before anything is known
+SPEED_KEPT = 0.5  # of what was known of the speed, where a new pass tells another
+
+# Pictures of all pixels: as soon as each has a sample, then less and less often, as far as drawing lets it.
+PICTURE_SECONDS = 0.1
+PICTURE_GROWTH = 1.2
+PICTURE_SECONDS_MAX = 1.0
+
+
+@dataclass(frozen=True, slots=True)
+class Picture:
+    """What there is to be seen.
+
+    pixels: (height, width, 4) float32, row 0 is the bottom. place: x, y, width, height in pixels of the region.
+    divisor: how many of the region's pixels stand along a side of each. samples: that each pixel has at least.
+    """
+
+    pixels: np.ndarray
+    place: tuple[int, int, int, int]
+    divisor: int
+    samples: int
+
+
+class Progression:
+    """The sessions of one viewport, one at a time."""
+
+    def __init__(self, module: ModuleType) -> None:
+        self._module = module
+        self._session: Any = None
+        self._began = 0.0
+        self._divisors: list[int] = []  # of the sessions that are still to come
+        self._divisor = 1
+        self._shown_samples = 0
+        self._next_picture, self._pause = 0.0, PICTURE_SECONDS
+        self._scene: Any = None
+        self._camera: Camera | None = None
+        self._settings = RenderSettings()
+        self._native = 'combined'
+        self._seconds_per_pixel = 0.0
+        self.first_seconds = 0.0  # from the last restart to the first picture
+
+    def restart(self, scene: Any, camera: Camera, settings: RenderSettings, native_pass: str, finest: int) -> None:
+        """Begin anew. finest: pixels of the region along a side of each that is rendered in the end."""
+        self.stop()
+        self._scene, self._camera, self._settings, self._native = scene, camera, settings, native_pass
+        self._divisors = [*self._coarse(camera, finest), finest]
+        self._open()
+
+    def stop(self) -> None:
+        """End the session at work, and wait for its threads while the interpreter is free."""
+        session, self._session, self._divisors = self._session, None, []
+        if session is not None:
+            session.cancel()
+            while not _ended(session):
+                pass
+
+    @property
+    def working(self) -> bool:
+        return self._session is not None
+
+    def wait(self, seconds: float) -> None:
+        """Wait for the pass with large pixels, where that is the one at work."""
+        if self._session is not None and self._divisors:
+            self._session.wait(seconds)
+
+    def take(self) -> Picture | None:
+        """A picture that is newer than the one that was taken last, if there is one. Raises what a thread raised."""
+        session = self._session
+        if session is None:
+            return None
+        ended = session.wait(0.0)
+        samples = session.samples_done()
+        now = time.perf_counter()
+        picture = None
+        due = ended or now >= self._next_picture
+        if samples > 0 and due and (samples != self._shown_samples or ended):
+            picture = self._read(session, samples)
+            self._shown_samples = samples
+            cost = time.perf_counter() - now
+            self._next_picture = now + max(self._pause, 4.0 * cost)
+            self._pause = min(self._pause * PICTURE_GROWTH, PICTURE_SECONDS_MAX)
+        if ended:
+            self._session = None
+            if self._divisors:
+                self._learn()
+                self._open()
+        return picture
+
+    def has_news(self) -> bool:
+        """Whether `take` would return a picture, or go on to the next session."""
+        session = self._session
+        if session is None:
+            return False
+        if session.wait(0.0):
+            return True
+        return time.perf_counter() >= self._next_picture and session.samples_done() > self._shown_samples
+
+    def figures(self) -> tuple[int, float]:
+        """Samples that each pixel of the session at work has, and how much of it is done, 0 to 1."""
+        if self._session is None:
+            return self._shown_samples, 1.0
+        return self._session.samples_done(), self._session.progress()
+
+    @property
+    def coarse(self) -> bool:
+        """Whether the session at work is one with large pixels."""
+        return bool(self._divisors)
+
+    def _coarse(self, camera: Camera, finest: int) -> list[int]:
+        """The large pixels to begin with; none where all of them take no longer."""
+        pixels = camera.region[2] * camera.region[3]
+        if self._seconds_per_pixel > 0.0:
+            divisor = 1
+            while divisor < COARSEST and pixels / divisor**2 * self._seconds_per_pixel > COARSE_SECONDS:
+                divisor *= 2
+        else:
+            divisor = COARSE_FIRST
+        while divisor > 1 and min(camera.region[2:]) < 4 * divisor:
+            divisor //= 2
+        return [divisor] if divisor > finest else []
+
+    def _open(self) -> None:
+        divisor = self._divisors.pop(0)
+        camera = coarser(self._camera, divisor)
+        last = not self._divisors
+        settings = self._settings if last else replace(self._settings, samples=1, adaptive=False)
+        self._divisor, self._shown_samples = divisor, 0
+        self._began = time.perf_counter()
+        self._next_picture, self._pause = self._began, PICTURE_SECONDS
+        self._session = self._module.Session(self._scene, camera, settings)
+        self._session.start()
+
+    def _learn(self) -> None:
+        width, height = coarser(self._camera, self._divisor).region[2:]
+        spent = (time.perf_counter() - self._began) / (width * height)
+        known = self._seconds_per_pixel
+        self._seconds_per_pixel = spent if known == 0.0 else SPEED_KEPT * known + (1.0 - SPEED_KEPT) * spent
+
+    def _read(self, session: Any, samples: int) -> Picture:
+        x, y, w, h = coarser(self._camera, self._divisor).region
+        channels = PASSES.get(self._native, 3)
+        out = np.empty((h, w, channels), np.float32)
+        session.read(self._native, out)
+        if channels != 4:
+            pixels = np.ones((h, w, 4), np.float32)
+            pixels[..., :3] = out
+            out = pixels
+        d = self._divisor
+        return Picture(out, (x * d, y * d, w * d, h * d), d, samples)
+
+
+def _ended(session: Any) -> bool:
+    """Whether all threads have stopped; what they raised is of no interest any more."""
+    try:
+        return session.wait(0.1)
+    except Exception:
+        return True

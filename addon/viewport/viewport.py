@@ -1,0 +1,245 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""One viewport from an edit to what is seen: export, build, sessions, picture; and what is said where that fails.
+
+One lives as long as the engine instance that Blender makes for a region. A failure is told in the viewport and is over
+with the next edit: no exception reaches Blender from here.
+"""
+
+from __future__ import annotations
+
+import sys
+import time
+import weakref
+from typing import Any
+
+import bpy
+
+from .. import export, native, settings, watch
+from ..export.buffers import Camera, RenderSettings
+from ..log import Log, spelled
+from ..reporter import duration
+from . import preview, ticking, view
+from .building import Build
+from .drawing import Canvas
+from .progression import Picture, Progression
+
+# How long the window waits for what will soon be there, rather than to show what is old.
+WAIT_FOR_BUILD = 0.1
+WAIT_FOR_COARSE = 0.05
+
+
+class ViewportError(Exception):
+    """Something that the user can set right."""
+
+
+class Viewport:
+    def __init__(self, engine: bpy.types.RenderEngine) -> None:
+        self._engine = weakref.ref(engine)
+        self._canvas = Canvas()
+        self._progression: Progression | None = None
+        self._build: Build | None = None
+        self._scene: Any = None  # the native one
+        self._settings: RenderSettings | None = None
+        self._camera: Camera | None = None
+        self._shown: tuple = ()
+        self._film: Any = None
+        self._exported: tuple | None = None  # what of the space's settings the scene was exported with
+        self._stale = False  # whether a session must begin, whatever the camera
+        self._paused = False
+        self._began = time.perf_counter()
+        self._rested = 0.0
+        self._told = ''  # the failure whose traceback was printed last
+        self.message = ''
+        self.closed = False
+
+    # ---- What Blender calls
+
+    def update(self, context: bpy.types.Context, depsgraph: bpy.types.Depsgraph) -> None:
+        """Something of the scene changed."""
+        self._guarded(self._update, context, depsgraph)
+        ticking.watch(self)
+
+    def draw(self, context: bpy.types.Context, depsgraph: bpy.types.Depsgraph) -> None:
+        region = context.region
+        size = (max(region.width, 1), max(region.height, 1))
+        self._guarded(self._advance, context, depsgraph, size)
+        engine = self._engine()
+        if engine is None:
+            return
+        self._guarded(self._canvas.draw, engine, depsgraph.scene, size)
+        engine.update_stats(*map(spelled, self._words()))
+
+    def look(self) -> bool:
+        """Ask for a redraw where there is something new; whether to be asked again."""
+        engine = self._engine()
+        if engine is None or self.closed:
+            return False
+        build, progression = self._build, self._progression
+        try:
+            news = (build is not None and build.done()) or (progression is not None and progression.has_news())
+        except Exception:  # of the session's threads: `draw` tells it
+            news = True
+        try:
+            if news:
+                engine.tag_redraw()
+        except ReferenceError:  # Blender freed the engine
+            self.close()
+            return False
+        return build is not None or (progression is not None and progression.working)
+
+    def close(self) -> None:
+        """End all threads, and let go of what is held. May be called again."""
+        self.closed = True
+        ticking.forget(self)
+        build, self._build = self._build, None
+        if build is not None:
+            build.cancel()
+        progression, self._progression = self._progression, None
+        if progression is not None:
+            progression.stop()
+        self._scene = None
+        self._canvas.clear()
+
+    # ---- From an edit to a native scene
+
+    def _update(self, context: bpy.types.Context, depsgraph: bpy.types.Depsgraph) -> None:
+        module = native.load()
+        self.message = ''
+        self._exported = _filters(context.space_data)
+        log = Log()
+        scene, layer = depsgraph.scene_eval, depsgraph.view_layer_eval
+        buffers = export.export_scene(depsgraph, scene, layer, log, context.space_data)
+        self._film = None
+        found = preview.render_settings(scene, layer, preview.shown_pass(context.space_data), log)
+        errors = log.texts('ERROR')
+        if errors:
+            raise ViewportError('; '.join(errors))
+        if self._build is not None:
+            self._build.cancel()
+        embree = native.embree_library() if found.device == 'CPU' else None
+        self._build = Build(module, buffers, found.threads, embree)
+        self._build.done(WAIT_FOR_BUILD)
+
+    def _take_build(self) -> None:
+        build = self._build
+        if build is None or not build.done():
+            return
+        self._build = None
+        if build.error is not None:
+            raise build.error
+        if build.scene is not None:
+            self._scene, self._stale = build.scene, True
+
+    # ---- From a native scene to a picture
+
+    def _advance(self, context: bpy.types.Context, depsgraph: bpy.types.Depsgraph, size: tuple[int, int]) -> None:
+        if self._exported is not None and self._exported != _filters(context.space_data):
+            self._update(context, depsgraph)  # of which Blender tells nobody
+        self._take_build()
+        if self._scene is None:
+            return
+        log = Log()
+        scene, layer, space = depsgraph.scene_eval, depsgraph.view_layer_eval, context.space_data
+        camera_object = space.camera if space.use_local_camera else depsgraph.scene.camera
+        if camera_object is not None:
+            camera_object = camera_object.evaluated_get(depsgraph)
+        camera = view.read_view(scene, space, context.region_data, size, camera_object, log)
+        if camera is None:
+            raise ViewportError('; '.join(log.texts('ERROR')))
+        shown = preview.shown_pass(space)
+        wanted = preview.render_settings(scene, layer, shown, log)
+        finest = preview.pixel_size(scene, context.preferences)
+        self._film = settings.film(scene, camera, log)
+        self._paused = preview.paused(depsgraph.scene)
+        if self._paused:
+            if self._progression is not None:
+                self._progression.stop()
+            self._stale = True
+            return
+        if self._stale or not view.same(camera, self._camera) or (wanted, shown, finest) != self._shown:
+            self._restart(camera, wanted, shown, finest)
+            self._progression.wait(WAIT_FOR_COARSE)
+        picture = self._progression.take()
+        if picture is not None:
+            self._load(picture, size)
+        if self._progression.working:
+            ticking.watch(self)
+        elif self._rested == 0.0:
+            self._rested = time.perf_counter() - self._began
+
+    def _restart(self, camera: Camera, wanted: RenderSettings, shown: str, finest: int) -> None:
+        if self._progression is None:
+            self._progression = Progression(native.load())
+        self._camera, self._settings, self._shown = camera, wanted, (wanted, shown, finest)
+        self._stale = False
+        self._began, self._rested = time.perf_counter(), 0.0
+        self.message = ''
+        self._progression.restart(self._scene, camera, wanted, preview.NATIVE_PASSES[shown], finest)
+
+    def _load(self, picture: Picture, size: tuple[int, int]) -> None:
+        native_pass = preview.NATIVE_PASSES[self._shown[1]]
+        if native_pass == 'sample_count':
+            picture.pixels[..., :3] /= max(picture.samples, 1)
+        self._film.develop(native_pass, picture.pixels)
+        self._canvas.load(picture.pixels, picture.place, size)
+
+    # ---- What is said
+
+    def _words(self) -> tuple[str, str]:
+        """Blender's line over the viewport: how far it is, or what is wrong."""
+        if self.message:
+            return '', f'Cotorra: {self.message}'
+        if self._paused:
+            return '', 'Rendering Paused'
+        if self._scene is None:
+            return '', 'Building' if self._build is not None else 'Waiting'
+        progression = self._progression
+        if progression is None or self._settings is None:
+            return '', 'Rendering'
+        samples, fraction = progression.figures()
+        if progression.coarse:
+            samples, fraction = 0, 0.0
+        total = self._settings.samples
+        if not progression.working:
+            return f'Time: {duration(self._rested)}', 'Rendering Done'
+        elapsed = time.perf_counter() - self._began
+        words = [f'Time: {duration(elapsed)}']
+        if total == preview.SAMPLES_MAX:
+            return words[0], f'Sample {samples}'
+        if 0.0 < fraction < 1.0:
+            words.append(f'Remaining: {duration(elapsed * (1.0 - fraction) / fraction)}')
+        return ' | '.join(words), f'Sample {samples}/{total}'
+
+    def _guarded(self, work: Any, *arguments: Any) -> None:
+        """Whatever goes wrong becomes the message in the viewport."""
+        try:
+            work(*arguments)
+        except (ViewportError, native.NativeError, MemoryError) as failure:
+            self._fail(str(failure) or 'out of memory')
+        except Exception as failure:
+            text = str(failure) or type(failure).__name__
+            if not _of_device(failure) and text != self._told:
+                self._told = text
+                watch.show_traceback()
+            self._fail(text)
+
+    def _fail(self, message: str) -> None:
+        self.message = message
+        build, self._build = self._build, None
+        if build is not None:
+            build.cancel()
+        if self._progression is not None:
+            self._progression.stop()
+        self._scene, self._stale, self._exported = None, False, None
+
+
+def _filters(space: bpy.types.SpaceView3D) -> tuple:
+    """What decides which objects a viewport shows, beside the scene."""
+    local = space.local_view is not None, space.use_local_collections
+    return *local, space.shading.use_scene_lights_render, space.shading.use_scene_world_render
+
+
+def _of_device(failure: Exception) -> bool:
+    """Whether a graphics card failed, and no program."""
+    kind = getattr(sys.modules.get('cotorra_native'), 'DeviceError', None)
+    return kind is not None and isinstance(failure, kind)
