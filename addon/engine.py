@@ -19,14 +19,7 @@ class CotorraRenderEngine(bpy.types.RenderEngine):
     bl_use_shading_nodes_custom = False  # materials are made of Blender's own nodes; without this the editor hides them
     bl_use_eevee_viewport = True  # EEVEE draws the viewport's material preview, as it does for Cycles
 
-    viewport: Viewport | None = None  # of the instance that Blender makes for a 3D viewport
-
-    def __del__(self):
-        if self.viewport is not None:
-            self.viewport.close()
-        inherited = getattr(super(), '__del__', None)
-        if inherited is not None:
-            inherited()
+    viewport: Viewport | None = None  # of the instance that Blender makes for a 3D viewport; ends with it
 
     def update_render_passes(self, scene=None, renderlayer=None):
         passes.register(self, scene, renderlayer, settings.denoising(scene, renderlayer) is not None)

@@ -250,6 +250,11 @@ OTHER = {
     'transmission_bounces': 6,
     'transparent_bounces': 5,
     'ao_distance': 2.0,
+    'preview_samples': 100,
+    'use_preview_adaptive_sampling': False,
+    'preview_noise_threshold': 0.05,
+    'preview_adaptive_min_samples': 20,
+    'preview_pause': True,
 }
 
 

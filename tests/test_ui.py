@@ -173,11 +173,12 @@ def test_the_settings_that_hold_are_shown(settings_from):
     scene = build.new_scene()
     scene.cotorra.settings_from, scene.cotorra.max_bounces = settings_from, 3
     panels = ('sampling', 'sampling_denoise', 'sampling_seed', 'light_paths_max_bounces', 'light_paths_clamping')
-    panels += ('light_paths_caustics',)
+    panels += ('light_paths_caustics', 'sampling_viewport')
     found = {name for panel in panels for name in drawn(f'COTORRA_RENDER_PT_{panel}')}
     shown = {cycles_settings.source(scene, name)[1] for name in cycles_settings.INHERITED}
     if not scene.cycles.use_adaptive_sampling:
         shown.discard(cycles_settings.source(scene, 'adaptive_min_samples')[1])
+    shown.discard('preview_pause')  # a button of the 3D viewport
     assert found & shown == shown - {'ao_distance', 'distance'}, shown - found
     assert ('max_bounces' in found) and ('blur_glossy' in found) == (settings_from == 'AUTO')
 

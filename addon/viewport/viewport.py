@@ -52,6 +52,9 @@ class Viewport:
         self.message = ''
         self.closed = False
 
+    def __del__(self) -> None:
+        self.close()  # Blender freed the engine, which held this
+
     # ---- What Blender calls
 
     def update(self, context: bpy.types.Context, depsgraph: bpy.types.Depsgraph) -> None:
@@ -76,15 +79,16 @@ class Viewport:
             return False
         build, progression = self._build, self._progression
         try:
+            engine.is_preview  # noqa: B018  raises where Blender freed the engine and Python still holds it
+        except ReferenceError:
+            self.close()
+            return False
+        try:
             news = (build is not None and build.done()) or (progression is not None and progression.has_news())
         except Exception:  # of the session's threads: `draw` tells it
             news = True
-        try:
-            if news:
-                engine.tag_redraw()
-        except ReferenceError:  # Blender freed the engine
-            self.close()
-            return False
+        if news:
+            engine.tag_redraw()
         return build is not None or (progression is not None and progression.working)
 
     def close(self) -> None:

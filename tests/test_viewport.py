@@ -1,0 +1,233 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""One viewport from an edit to a picture, with the real native module and without a window.
+
+Stand-ins take what would be drawn; what Blender's own window does is tried by scripts/window-test.
+"""
+
+from __future__ import annotations
+
+import threading
+
+import bpy
+import numpy as np
+import pytest
+from cotorra import native, settings
+from cotorra.export.buffers import RenderSettings
+from cotorra.log import Log
+from cotorra.viewport.viewport import Viewport
+
+from scenes import build
+from scenes.depsgraphs import exported, exported_camera
+from viewports import SIZE, Window, space
+
+pytestmark = pytest.mark.usefixtures('engine')
+
+SAMPLES = 8
+
+
+@pytest.fixture
+def window(monkeypatch: pytest.MonkeyPatch):
+    scene = build.new_scene()
+    scene.render.engine = 'COTORRA'
+    scene.render.resolution_x, scene.render.resolution_y = SIZE
+    scene.cycles.preview_samples, scene.cycles.use_preview_adaptive_sampling = SAMPLES, False
+    camera = build.camera(scene)
+    camera.location, camera.rotation_euler = (0.0, 0.0, 5.0), (0.0, 0.0, 0.0)
+    build.mesh_object(scene)
+    light = build.link(scene, 'Point', bpy.data.lights.new('Point', 'POINT'))
+    light.location, light.data.energy = (0.5, 0.5, 3.0), 200.0
+    found = Window(monkeypatch)
+    yield found
+    found.viewport.close()
+    assert not [thread for thread in threading.enumerate() if thread.name.startswith('cotorra')]
+
+
+def final(scene: bpy.types.Scene, name: str = 'combined') -> np.ndarray:
+    """What a final render of so many samples has."""
+    module = native.load()
+    built = module.Scene(exported(scene), embree=native.embree_library())
+    evaluated = bpy.context.evaluated_depsgraph_get()
+    found = settings.render_settings(evaluated.scene_eval, evaluated.view_layer_eval, ('combined', name), Log())
+    values = {key: getattr(found, key) for key in found.__dataclass_fields__}
+    session = module.Session(built, exported_camera(scene), RenderSettings(**values | {'samples': SAMPLES}))
+    session.start()
+    assert session.wait(60.0)
+    out = np.zeros((SIZE[1], SIZE[0], 4 if name == 'combined' else 3), np.float32)
+    session.read(name, out)
+    return out
+
+
+def test_large_pixels_come_first_and_the_last_picture_is_the_final_one(window: Window) -> None:
+    window.update()
+    window.settle()
+    pictures = window.pictures
+    (first, place), (last, whole) = pictures[0], pictures[-1]
+    assert first.shape[0] < SIZE[1] and place[2] >= SIZE[0] and place[3] >= SIZE[1]
+    assert last.shape == (SIZE[1], SIZE[0], 4) and whole == (0, 0, *SIZE)
+    assert window.said == 'Rendering Done'
+    expected = final(bpy.context.scene)
+    assert expected[..., :3].max() > 0.1
+    tiles = (a[:, :, :3].reshape(4, 16, 6, 16, 3).mean(axis=(1, 3)) for a in (last, expected))
+    # The issue's bound. They differ, if at all, as both took the same samples of one scene.
+    np.testing.assert_allclose(*tiles, rtol=0.005, atol=1e-4)
+
+
+def test_a_view_that_moves_begins_anew_and_one_that_rests_does_not(window: Window) -> None:
+    window.update()
+    window.settle()
+    count = len(window.pictures)
+    window.draw()
+    window.settle()
+    assert len(window.pictures) == count
+    bpy.context.scene.camera.location.x += 0.5
+    bpy.context.view_layer.update()
+    window.draw()
+    window.settle()
+    assert len(window.pictures) > count
+    assert np.abs(window.pictures[-1][0] - final(bpy.context.scene)).max() < 1e-2
+
+
+def test_an_edit_is_seen(window: Window) -> None:
+    window.update()
+    window.settle()
+    before = window.pictures[-1][0][..., :3].mean()
+    bpy.data.lights['Point'].energy *= 3.0
+    bpy.context.view_layer.update()
+    window.update()
+    window.settle()
+    assert window.pictures[-1][0][..., :3].mean() == pytest.approx(3.0 * before, rel=1e-3)
+
+
+def test_scene_lights_can_be_left_out(window: Window) -> None:
+    """Blender tells nobody that this was switched off: the viewport sees it when it draws."""
+    window.update()
+    window.settle()
+    window.space = space(lights=False)
+    window.settle()
+    assert window.pictures[-1][0][..., :3].max() == 0.0
+
+
+@pytest.mark.parametrize(('shown', 'native_pass'), [('NORMAL', 'normal'), ('DIFFUSE_COLOR', 'diffuse_color')])
+def test_another_pass_is_shown(window: Window, shown: str, native_pass: str) -> None:
+    window.space = space(shown)
+    window.update()
+    window.settle()
+    found = window.pictures[-1][0]
+    expected = final(bpy.context.scene, native_pass)
+    assert expected.any()
+    np.testing.assert_allclose(found[..., :3], expected, atol=1e-3)
+    assert (found[..., 3] == 1.0).all()
+
+
+def test_a_transparent_film_has_holes(window: Window) -> None:
+    bpy.context.scene.render.film_transparent = True
+    bpy.data.objects['Quad'].scale = (0.2, 0.2, 0.2)
+    bpy.context.view_layer.update()
+    window.update()
+    window.settle()
+    alpha = window.pictures[-1][0][..., 3]
+    assert alpha[0, 0] == 0.0 and alpha[SIZE[1] // 2, SIZE[0] // 2] == pytest.approx(1.0)
+
+
+def test_pause_leaves_the_picture_and_goes_on_where_it_ends(window: Window) -> None:
+    scene = bpy.context.scene
+    window.update()
+    window.settle()
+    count = len(window.pictures)
+    scene.cycles.preview_pause = True
+    bpy.data.lights['Point'].energy *= 2.0
+    bpy.context.view_layer.update()
+    window.update()
+    window.settle()
+    assert window.said == 'Rendering Paused' and len(window.pictures) == count
+    scene.cycles.preview_pause = False
+    window.settle()
+    assert window.said == 'Rendering Done' and len(window.pictures) > count
+
+
+def test_zero_samples_go_on_without_end(window: Window) -> None:
+    bpy.context.scene.cycles.preview_samples = 0
+    window.update()
+    window.draw()
+    for _ in range(3):
+        window.draw()
+    assert window.viewport.look()
+    assert window.said.startswith('Sample') and '/' not in window.said
+
+
+@pytest.mark.parametrize('size', [(1, 1), (1, 300), (7, 5)])
+def test_a_region_of_any_size(window: Window, size: tuple[int, int]) -> None:
+    window.size = size
+    window.update()
+    window.settle()
+    assert window.pictures[-1][0].shape == (size[1], size[0], 4)
+    assert np.isfinite(window.pictures[-1][0]).all()
+
+
+def test_no_camera_is_needed_for_a_free_view(window: Window, monkeypatch: pytest.MonkeyPatch) -> None:
+    context = window.context
+    context.region_data.view_perspective = 'PERSP'
+    bpy.context.scene.camera = None
+    bpy.context.view_layer.update()
+    monkeypatch.setattr(Window, 'context', context)
+    window.update()
+    window.settle()
+    assert window.said == 'Rendering Done'
+
+
+def test_a_failure_is_told_in_the_viewport_and_over_with_the_next_edit(
+    window: Window, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture
+) -> None:
+    def missing() -> None:
+        raise native.NativeError('no module today')
+
+    with monkeypatch.context() as patch:
+        patch.setattr(native, 'load', missing)
+        window.update()
+        for _ in range(3):
+            window.draw()
+        assert window.said == 'Cotorra: no module today' and not window.pictures
+    window.update()
+    window.settle()
+    assert window.said == 'Rendering Done'
+    assert 'Traceback' not in capfd.readouterr().err
+
+
+def test_a_fault_prints_its_traceback_once(
+    window: Window, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture
+) -> None:
+    def broken(*_: object) -> None:
+        raise ValueError('broken export')
+
+    monkeypatch.setattr('cotorra.export.export_scene', broken)
+    for _ in range(3):
+        window.update()
+        window.draw()
+    assert window.said == 'Cotorra: broken export'
+    assert capfd.readouterr().err.count('Traceback') == 1
+
+
+def test_an_engine_that_blender_freed_is_let_go(window: Window) -> None:
+    class Freed:
+        @property
+        def is_preview(self) -> bool:
+            raise ReferenceError
+
+    window.update()
+    window.draw()
+    freed = Freed()
+    window.viewport._engine = lambda: freed
+    assert not window.viewport.look()
+    assert window.viewport.closed and not window.viewport.look()
+
+
+def test_threads_end_with_the_engine(window: Window) -> None:
+    """Blender frees an engine when it pleases; nobody else holds the viewport then."""
+    bpy.context.scene.cycles.preview_samples = 0
+    window.update()
+    window.draw()
+    session = window.viewport._progression._session
+    assert not session.wait(0.0)
+    window.viewport = None
+    assert session.wait(0.0)
+    window.viewport = Viewport(window.engine)
