@@ -8,6 +8,7 @@ from __future__ import annotations
 import bpy
 
 from . import choices, final_render, passes, settings
+from .sync import stores
 from .viewport import ticking
 from .viewport.viewport import Viewport
 
@@ -40,8 +41,10 @@ class CotorraRenderEngine(bpy.types.RenderEngine):
 
 def register() -> None:
     bpy.utils.register_class(CotorraRenderEngine)
+    stores.register()
 
 
 def unregister() -> None:
     ticking.stop()
+    stores.unregister()
     bpy.utils.unregister_class(CotorraRenderEngine)

@@ -6,7 +6,7 @@ It knows neither `bpy` nor a terminal: where messages go is decided by whoever m
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 
 # Messages of one level beyond this count are kept but not shown: thousands of lines would hide what matters.
 SHOWN_PER_LEVEL = 50
@@ -49,6 +49,11 @@ class Log:
     def error(self, text: str) -> None:
         """Something without which the render cannot be right: it ends as failed, whatever was rendered until then."""
         self._add('ERROR', text)
+
+    def repeat(self, messages: Iterable[tuple[str, str]]) -> None:
+        """What was said when something was read that is now known."""
+        for level, text in messages:
+            self._add(level, text)
 
     def stopped(self) -> bool:
         """Whether the user asked to stop. Cheap enough to be asked for each mesh."""

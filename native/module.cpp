@@ -231,23 +231,25 @@ void run_cancellable(Work work, nb::object should_cancel) {
 }
 
 std::shared_ptr<Scene> make_scene(nb::handle buffers, int threads, const std::string &embree_path,
-                                  nb::object should_cancel, bool bvh) {
+                                  nb::object should_cancel, bool bvh, const SceneUse &use) {
   std::vector<nb::object> keep;
   SceneInput input = read_scene(buffers, keep);
   std::shared_ptr<Scene> scene;
   run_cancellable(
       [&](const std::atomic<bool> &cancel) {
-        scene = std::make_shared<Scene>(std::move(input));
-        if (bvh) scene->build_bvh(embree::Library::open(embree_path), threads, cancel);
+        scene = std::make_shared<Scene>(std::move(input), use);
+        if (bvh) scene->build_bvh(embree::Library::open(embree_path), threads, cancel, use.previous.get());
       },
       std::move(should_cancel));
   return scene;
 }
 
-void build_bvh(const SceneHandle &handle, int threads, const std::string &embree_path, nb::object should_cancel) {
+void build_bvh(const SceneHandle &handle, int threads, const std::string &embree_path, nb::object should_cancel,
+               const SceneHandle *previous) {
   run_cancellable(
       [&](const std::atomic<bool> &cancel) {
-        handle.scene->build_bvh(embree::Library::open(embree_path), threads, cancel);
+        handle.scene->build_bvh(embree::Library::open(embree_path), threads, cancel,
+                                previous != nullptr ? previous->scene.get() : nullptr);
       },
       std::move(should_cancel));
 }
@@ -420,13 +422,23 @@ NB_MODULE(cotorra_native, m) {
       .def(
           "__init__",
           [](SceneHandle *self, nb::handle buffers, int threads, const std::string &embree, nb::object should_cancel,
-             bool bvh) { new (self) SceneHandle{make_scene(buffers, threads, embree, std::move(should_cancel), bvh)}; },
+             bool bvh, bool editable, const SceneHandle *previous) {
+            const SceneUse use{editable, previous != nullptr ? previous->scene : nullptr};
+            new (self) SceneHandle{make_scene(buffers, threads, embree, std::move(should_cancel), bvh, use)};
+          },
           "buffers"_a, "threads"_a = 0, "embree"_a = "", "should_cancel"_a = nb::none(), "bvh"_a = true,
+          "editable"_a = false, "previous"_a.none() = nb::none(),
           "Builds a scene from a SceneBuffers on `threads` threads (0 = all), with the Embree library at the path\n"
           "`embree` ('' = $COTORRA_EMBREE, then the system's). `should_cancel`, called every 20 ms, may stop it.\n"
           "Without `bvh` the CPU cannot render it until build_bvh was called; Embree is not opened, then.\n"
+          "An `editable` scene is one of many, each a little changed: it takes over from a `previous` editable one "
+          "the\n"
+          "meshes whose arrays are the same memory (arrays are never written again), with their BVHs. The previous "
+          "one\n"
+          "stays as it is.\n"
           "Raises ValueError (array, index, value), RuntimeError (Embree), Cancelled.")
       .def("build_bvh", &build_bvh, "threads"_a = 0, "embree"_a = "", "should_cancel"_a = nb::none(),
+           "previous"_a.none() = nb::none(),
            "Builds the BVH that the CPU needs, where there is none yet; as the constructor.")
       .def("stats", &scene_stats, "Build seconds, bytes and counts, as a dict.")
       .def("constants", &material_constants, "material"_a,

@@ -116,14 +116,16 @@ Light light_from_blender(const LightsInput &in, std::size_t i) {
   return light;
 }
 
-Scene::Scene(SceneInput input) {
+Scene::Scene(SceneInput input, const SceneUse &use) : editable_(use.editable) {
+  recognise(input, use.previous.get());
   validate(input);
   const std::uint64_t instances = input.instances.mesh.size();
   with_memory(instances * (sizeof(Instance) + sizeof(ObjectSpace)) + input.materials.shader.size() * sizeof(Material),
-              std::to_string(instances) + " instances and the scene's materials", [&] { prepare(input); });
+              std::to_string(instances) + " instances and the scene's materials",
+              [&] { prepare(input, use.previous.get()); });
 }
 
-void Scene::prepare(SceneInput &input) {
+void Scene::prepare(SceneInput &input, const Scene *previous) {
   light_group_count_ = input.light_group_count;
   prepare_programs(input.programs, input.materials);
   prepare_models(input.materials.models);
@@ -132,7 +134,7 @@ void Scene::prepare(SceneInput &input) {
   prepare_lights(input.lights);
   prepare_instances(input);
   prepare_mesh_textures(input);
-  prepare_meshes(input);
+  prepare_meshes(input, previous);
 
   data_.lights = {lights_.data()};
   data_.light_shapes = {light_shapes_.data()};
@@ -156,7 +158,7 @@ void Scene::prepare(SceneInput &input) {
                  world_table_.cumulated.size() * sizeof(float);
   stats_.images = textures_.images.size();
   stats_.image_bytes = textures_.image_bytes;
-  for (const MeshStorage &s : storage_) stats_.bytes += (s.positions.size() + s.normals.size()) * sizeof(vec3);
+  for (const auto &s : storage_) stats_.bytes += (s->positions.size() + s->normals.size()) * sizeof(vec3);
 }
 
 Scene::~Scene() { release(); }
@@ -188,18 +190,7 @@ void Scene::validate(const SceneInput &in) const {
   }
   if (n > 0x7fffffffu) throw std::invalid_argument("too many instances: " + std::to_string(n));
   for (std::size_t i = 0; i < in.meshes.size(); ++i) {
-    const MeshInput &m = in.meshes[i];
-    const std::string name = "mesh '" + m.name + "': ";
-    require_below(flat(m.triangles), m.positions.size(), name + "triangles");
-    if (!m.corners.empty() || !m.uv.empty() || m.corner_normals) {
-      require_size(m.corners, m.triangles.size(), (name + "corners").c_str());
-    }
-    if (m.corner_normals) require_below(flat(m.corners), m.normals.size(), name + "corners (of normals)");
-    if (!m.corner_normals && !m.normals.empty()) {
-      require_size(m.normals, m.positions.size(), (name + "normals").c_str());
-    }
-    if (!m.uv.empty()) require_below(flat(m.corners), m.uv.size(), name + "corners (of uv)");
-    if (!m.slots.empty()) require_size(m.slots, m.triangles.size(), (name + "slots").c_str());
+    if (known_[i] < 0) validate_mesh(in.meshes[i]);
   }
   const std::size_t lights = in.lights.type.size();
   require_below(in.lights.type, 4, "lights.type");
@@ -219,6 +210,20 @@ void Scene::validate(const SceneInput &in) const {
   validate_light_shapes(in.lights);
   validate_area_lights(in.lights);
   validate_shaders(in);
+}
+
+void Scene::validate_mesh(const MeshInput &m) const {
+  const std::string name = "mesh '" + m.name + "': ";
+  require_below(flat(m.triangles), m.positions.size(), name + "triangles");
+  if (!m.corners.empty() || !m.uv.empty() || m.corner_normals) {
+    require_size(m.corners, m.triangles.size(), (name + "corners").c_str());
+  }
+  if (m.corner_normals) require_below(flat(m.corners), m.normals.size(), name + "corners (of normals)");
+  if (!m.corner_normals && !m.normals.empty()) {
+    require_size(m.normals, m.positions.size(), (name + "normals").c_str());
+  }
+  if (!m.uv.empty()) require_below(flat(m.corners), m.uv.size(), name + "corners (of uv)");
+  if (!m.slots.empty()) require_size(m.slots, m.triangles.size(), (name + "slots").c_str());
 }
 
 void Scene::prepare_lights(const LightsInput &in) {
@@ -282,75 +287,6 @@ void Scene::prepare_instances(const SceneInput &in) {
     instance.flags = static_cast<uint>(std::lround(terminator * 65535.0f)) << INSTANCE_TERMINATOR_SHIFT;
     if (is_identity(m)) instance.flags |= INSTANCE_IDENTITY;
     if (dot(frame.x, cross(frame.y, frame.z)) < 0.0f) instance.flags |= INSTANCE_MIRRORED;
-  }
-}
-
-void Scene::prepare_meshes(SceneInput &in) {
-  std::vector<uint> users(in.meshes.size(), 0);
-  for (const Instance &i : instances_) ++users[i.mesh];
-  storage_.resize(in.meshes.size());
-  meshes_.resize(in.meshes.size());
-  std::vector<Instance *> only(in.meshes.size(), nullptr);
-  for (Instance &i : instances_) only[i.mesh] = &i;
-
-  for (std::size_t k = 0; k < in.meshes.size(); ++k) {
-    MeshInput &source = in.meshes[k];
-    MeshStorage &storage = storage_[k];
-    Mesh &mesh = meshes_[k];
-    storage.name = std::move(source.name);
-    storage.owner = std::move(source.owner);
-    storage.lengths = {source.positions.size(), source.triangles.size(), source.corners.size(),
-                       source.normals.size(),   source.uv.size(),        source.slots.size()};
-    storage.flattened = users[k] == 1;
-    const vec3 *positions = source.positions.data();
-    const vec3 *normals = source.normals.data();
-
-    // A mesh that one object shows goes into the top-level BVH in world space: no transform at each ray.
-    Instance *instance = only[k];
-    const bool move = storage.flattened && (instance->flags & INSTANCE_IDENTITY) == 0;
-    if (move || !source.positions_padded) {
-      with_memory((source.positions.size() + (move ? source.normals.size() : 0)) * sizeof(vec3),
-                  "mesh '" + storage.name + "'", [&] {
-                    storage.positions.resize(source.positions.size() + 1);  // Embree reads 16 bytes at the last vertex
-                    if (move) storage.normals.resize(source.normals.size());
-                  });
-      std::copy(source.positions.begin(), source.positions.end(), storage.positions.begin());
-      positions = storage.positions.data();
-    }
-    if (move) {
-      note_frame(k, *instance);
-      for (std::size_t i = 0; i < source.positions.size(); ++i) {
-        const vec3 p = storage.positions[i];
-        storage.positions[i] =
-            instance->x_axis * p.x + instance->y_axis * p.y + instance->z_axis * p.z + instance->origin;
-      }
-      for (std::size_t i = 0; i < source.normals.size(); ++i) {
-        const vec3 n = source.normals[i];
-        const vec3 moved = instance->normal_x * n.x + instance->normal_y * n.y + instance->normal_z * n.z;
-        const float len2 = dot(moved, moved);
-        storage.normals[i] = len2 > 0.0f ? moved * (1.0f / std::sqrt(len2)) : vec3(0.0f);
-      }
-      if (!storage.normals.empty()) normals = storage.normals.data();
-      instance->x_axis = instance->normal_x = {1.0f, 0.0f, 0.0f};
-      instance->y_axis = instance->normal_y = {0.0f, 1.0f, 0.0f};
-      instance->z_axis = instance->normal_z = {0.0f, 0.0f, 1.0f};
-      instance->origin = {0.0f, 0.0f, 0.0f};
-      instance->flags |= INSTANCE_IDENTITY;
-    }
-
-    mesh.positions = {positions};
-    mesh.triangles = {source.triangles.data()};
-    mesh.corners = {source.corners.data()};
-    mesh.normals = {normals};
-    mesh.uv = {source.uv.data()};
-    mesh.slots = {source.slots.data()};
-    mesh.triangle_count = static_cast<uint>(source.triangles.size());
-    if (!source.normals.empty()) mesh.flags |= source.corner_normals ? MESH_SMOOTH_CORNER : MESH_SMOOTH_VERTEX;
-    if (!source.uv.empty()) mesh.flags |= MESH_HAS_UV;
-    if (!source.slots.empty()) mesh.flags |= MESH_HAS_SLOTS;
-    if (!source.generated.empty()) mesh.flags |= MESH_HAS_GENERATED;
-    stats_.triangles += source.triangles.size();
-    stats_.instanced_triangles += source.triangles.size() * users[k];
   }
 }
 

@@ -3,6 +3,7 @@
 // BVH. Cameras, settings and pixels belong to a session; Python is not known here.
 #pragma once
 
+#include <array>
 #include <atomic>
 #include <cstdint>
 #include <functional>
@@ -136,15 +137,38 @@ void set_lamp_pass(int pass, Light &light);
 void validate_light_shapes(const LightsInput &lights);
 void validate_area_lights(const LightsInput &lights);
 
-// What Embree holds, and the most that it asked for.
-struct BvhMemory {
-  std::atomic<std::int64_t> bytes{0}, most{0};
+// Which memory the arrays of a mesh are: equal only for the same arrays, as long as their owner lives.
+using MeshIdentity = std::array<std::pair<const void *, std::size_t>, 9>;
+MeshIdentity identity_of(const MeshInput &mesh);
+
+// What a scene holds of a mesh; scenes that know each other share it.
+struct MeshStorage {
+  std::string name;
+  std::vector<vec3> positions;  // where the mesh was moved to world space, or came without padding
+  std::vector<vec3> normals;    // where the mesh was moved to world space
+  std::shared_ptr<void> owner;  // of the exporter's arrays
+  MeshIdentity identity{};
+  MeshLengths lengths;
+  bool moved = false;  // to world space
+};
+
+struct EmbreeDevice;  // scene_bvh.h
+struct MeshBvh;
+class Scene;
+
+// How a scene goes with others.
+struct SceneUse {
+  // It is one of many, each a little changed: a mesh keeps a BVH of its own, in its own space, for the next to take
+  // over.
+  bool editable = false;
+  // An editable one from before: meshes whose arrays are the same memory are known to be right, and so on.
+  std::shared_ptr<const Scene> previous;
 };
 
 class Scene {
  public:
   // Validates (std::invalid_argument naming array, index and value) and derives records.
-  explicit Scene(SceneInput input);
+  explicit Scene(SceneInput input, const SceneUse &use = {});
   ~Scene();
   Scene(const Scene &) = delete;
   Scene &operator=(const Scene &) = delete;
@@ -153,11 +177,12 @@ class Scene {
   const SceneStats &stats() const { return stats_; }
 
   // Embree's BVH, without which the CPU cannot render the scene; graphics cards have another. Built on `threads`
-  // threads (0 = all); `cancel`, polled meanwhile, makes it throw Cancelled. Not while a session is at work.
-  void build_bvh(std::shared_ptr<const embree::Library> library, int threads, const std::atomic<bool> &cancel);
-  const embree::Api &api() const { return library_->api(); }
+  // threads (0 = all); `cancel`, polled meanwhile, makes it throw Cancelled. Not while a session is at work. Of a
+  // previous editable scene, the BVHs of meshes that both have are taken over.
+  void build_bvh(std::shared_ptr<const embree::Library> library, int threads, const std::atomic<bool> &cancel,
+                 const Scene *previous = nullptr);
+  const embree::Api &api() const;
   embree::Scene bvh() const { return bvh_; }
-  embree::Device device() const { return device_; }
   bool instanced() const { return instanced_; }
   // Features (FEATURE_* of scene_types.h) that the scene itself asks for.
   uint features() const { return features_; }
@@ -175,8 +200,8 @@ class Scene {
   std::span<const Mesh> meshes() const { return meshes_; }
   std::span<const Instance> instances() const { return instances_; }
   std::span<const uint> material_slots() const { return material_slots_; }
-  MeshLengths mesh_lengths(std::size_t mesh) const { return storage_[mesh].lengths; }
-  bool flattened(std::size_t mesh) const { return storage_[mesh].flattened; }
+  MeshLengths mesh_lengths(std::size_t mesh) const { return storage_[mesh]->lengths; }
+  bool flattened(std::size_t mesh) const { return flattened_[mesh]; }
   const Textures &textures() const { return textures_; }
   const ProgramLibrary &programs() const { return library_of_programs_; }
   std::span<const MaterialProgram> material_programs() const { return material_programs_; }
@@ -197,7 +222,10 @@ class Scene {
 
  private:
   void validate(const SceneInput &input) const;
-  void prepare(SceneInput &input);
+  void validate_mesh(const MeshInput &mesh) const;
+  // Which of the input's meshes the previous scene has, by its numbers; -1: none.
+  void recognise(const SceneInput &input, const Scene *previous);
+  void prepare(SceneInput &input, const Scene *previous);
   void prepare_models(const ModelsInput &input);  // after the materials
   void prepare_classic();
   void prepare_programs(ProgramsInput &input, const MaterialsInput &materials);  // before all that shaders tell
@@ -216,28 +244,26 @@ class Scene {
   // How bright lamps are whose emission varies, where all else of the scene is known.
   void estimate_lights();
   void prepare_instances(const SceneInput &input);
-  void prepare_meshes(SceneInput &input);
+  bool belongs_to_top(uint users, const Instance &instance) const;
+  void prepare_meshes(SceneInput &input, const Scene *previous);
+  void prepare_mesh(std::size_t k, MeshInput &source, Instance *instance, const Scene *previous);
   void prepare_emitters();
   void prepare_features();
-  void build(int threads, const std::atomic<bool> &cancel);
+  void build(const std::atomic<bool> &cancel, const Scene *previous);
+  std::shared_ptr<const MeshBvh> taken_over(std::size_t mesh, bool lets_through, bool compact,
+                                            const Scene *previous) const;
+  void open_device(std::shared_ptr<const embree::Library> library, int threads, const Scene *previous);
   std::uint64_t bvh_bytes_needed() const;
   void check_embree(const std::string &doing) const;
   void release();
 
-  struct MeshStorage {
-    std::string name;
-    std::vector<vec3> positions;  // where the mesh was moved to world space, or came without padding
-    std::vector<vec3> normals;    // where the mesh was moved to world space
-    std::shared_ptr<void> owner;  // of the exporter's arrays
-    MeshLengths lengths;
-    bool flattened = false;       // in world space, part of the top-level BVH
-  };
-
-  std::shared_ptr<const embree::Library> library_;
-  embree::Device device_ = nullptr;
+  std::shared_ptr<EmbreeDevice> embree_;
   embree::Scene bvh_ = nullptr;
-  std::vector<embree::Scene> mesh_scenes_;
-  std::vector<MeshStorage> storage_;
+  std::vector<std::shared_ptr<const MeshBvh>> mesh_bvhs_;  // by mesh; null for those in the top level
+  bool editable_ = false;
+  std::vector<int> known_;  // by mesh: its number in the previous scene, -1; while the scene is made
+  std::vector<std::shared_ptr<MeshStorage>> storage_;
+  std::vector<bool> flattened_;  // by mesh: in world space, part of the top-level BVH
   std::vector<Mesh> meshes_;
   std::vector<Instance> instances_;    // grouped by mesh and visibility, so that each group is one instance array
   std::vector<uint> first_instances_;  // by geometry of the top-level BVH
@@ -266,7 +292,6 @@ class Scene {
   bool camera_meets_lights_ = false;
   bool bounces_meet_lights_ = false;
   bool lets_light_through_ = false;
-  BvhMemory bvh_memory_;
 };
 
 }  // namespace cotorra

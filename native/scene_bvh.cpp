@@ -6,7 +6,7 @@
 
 #include "../kernels/program/ops.h"
 #include "memory.h"
-#include "scene.h"
+#include "scene_bvh.h"
 
 namespace cotorra {
 namespace {
@@ -35,15 +35,16 @@ bool keep_building(void *cancel, double) {
 // At least, as far as is known.
 std::uint64_t Scene::bvh_bytes_needed() const {
   const bool compact = stats_.triangles > kCompactTriangles;
+  const std::int64_t most = embree_ != nullptr ? embree_->memory.most.load() : 0;
   const std::uint64_t usual = stats_.triangles * (compact ? kCompactBytes : kUsualBytes);
-  return std::max(usual, static_cast<std::uint64_t>(std::max<std::int64_t>(bvh_memory_.most.load(), 0)));
+  return std::max(usual, static_cast<std::uint64_t>(std::max<std::int64_t>(most, 0)));
 }
 
 void Scene::check_embree(const std::string &doing) const {
-  const int error = api().get_device_error(device_);
+  const int error = api().get_device_error(embree_->handle);
   if (error == embree::kNone) return;
   if (error == embree::kCancelled) throw Cancelled();
-  const char *text = api().get_device_last_error_message(device_);
+  const char *text = api().get_device_last_error_message(embree_->handle);
   const std::string what = "Embree, " + doing + ": " + (text != nullptr ? text : "unknown error");
   if (error == embree::kOutOfMemory) {
     throw OutOfMemory(bvh_bytes_needed(), "the BVH (" + what + ")");
@@ -51,11 +52,14 @@ void Scene::check_embree(const std::string &doing) const {
   throw std::runtime_error(what + " (error " + std::to_string(error) + ")");
 }
 
-void Scene::build_bvh(std::shared_ptr<const embree::Library> library, int threads, const std::atomic<bool> &cancel) {
+const embree::Api &Scene::api() const { return embree_->library->api(); }
+
+void Scene::build_bvh(std::shared_ptr<const embree::Library> library, int threads, const std::atomic<bool> &cancel,
+                      const Scene *previous) {
   if (bvh_ != nullptr) return;
-  library_ = std::move(library);
   try {
-    build(threads, cancel);
+    open_device(std::move(library), threads, previous);
+    build(cancel, previous);
   } catch (...) {
     release();
     throw;
@@ -63,23 +67,45 @@ void Scene::build_bvh(std::shared_ptr<const embree::Library> library, int thread
   stats_.bytes += stats_.bvh_bytes;
 }
 
-void Scene::build(int threads, const std::atomic<bool> &cancel) {
-  const auto begin = std::chrono::steady_clock::now();
-  const embree::Api &rtc = api();
+// The previous scene's device, where it is such a one: BVHs cannot be taken to another.
+void Scene::open_device(std::shared_ptr<const embree::Library> library, int threads, const Scene *previous) {
   const std::string config = threads > 0 ? "threads=" + std::to_string(threads) : "";
-  device_ = rtc.new_device(config.c_str());
-  if (device_ == nullptr) {
+  if (editable_ && previous != nullptr && previous->bvh_ != nullptr && previous->embree_->config == config) {
+    embree_ = previous->embree_;
+    return;
+  }
+  embree_ = std::make_shared<EmbreeDevice>();
+  embree_->library = std::move(library);
+  embree_->config = config;
+  const embree::Api &rtc = api();
+  embree_->handle = rtc.new_device(config.c_str());
+  if (embree_->handle == nullptr) {
     if (rtc.get_device_error(nullptr) == embree::kOutOfMemory) {
       throw OutOfMemory(bvh_bytes_needed(), "the BVH (Embree cannot make a device)");
     }
     throw std::runtime_error("Embree could not make a device for this processor");
   }
-  const ssize_t version = rtc.get_device_property(device_, embree::kPropertyVersion);
+  const ssize_t version = rtc.get_device_property(embree_->handle, embree::kPropertyVersion);
   if (version < 40300 || version >= 50000) {
-    throw std::runtime_error("Embree 4.3 or a later 4.x is needed, " + library_->path() + " is version " +
+    throw std::runtime_error("Embree 4.3 or a later 4.x is needed, " + embree_->library->path() + " is version " +
                              std::to_string(version));
   }
-  rtc.set_device_memory_monitor(device_, count_memory, &bvh_memory_);
+  rtc.set_device_memory_monitor(embree_->handle, count_memory, &embree_->memory);
+}
+
+// The BVH of a mesh that the previous scene has as well, if it was built in the same way.
+std::shared_ptr<const MeshBvh> Scene::taken_over(std::size_t mesh, bool lets_through, bool compact,
+                                                 const Scene *previous) const {
+  if (previous == nullptr || known_.empty() || known_[mesh] < 0 || previous->embree_ != embree_) return nullptr;
+  std::shared_ptr<const MeshBvh> found = previous->mesh_bvhs_[static_cast<std::size_t>(known_[mesh])];
+  const bool same = found != nullptr && found->mesh == storage_[mesh] && found->lets_through == lets_through &&
+                    found->compact == compact;
+  return same ? found : nullptr;
+}
+
+void Scene::build(const std::atomic<bool> &cancel, const Scene *previous) {
+  const auto begin = std::chrono::steady_clock::now();
+  const embree::Api &rtc = api();
   void *cancel_pointer = const_cast<std::atomic<bool> *>(&cancel);
 
   // Only meshes that let rays through somewhere are asked about each hit; or all, where a ray must not meet the
@@ -100,9 +126,9 @@ void Scene::build(int threads, const std::atomic<bool> &cancel) {
   };
   const auto triangle_geometry = [&](std::size_t k) {
     const Mesh &mesh = meshes_[k];
-    embree::Geometry geometry = made(rtc.new_geometry(device_, embree::kTriangles));
+    embree::Geometry geometry = made(rtc.new_geometry(embree_->handle, embree::kTriangles));
     rtc.set_shared_geometry_buffer(geometry, embree::kVertexBuffer, 0, embree::kFloat3, mesh.positions.v, 0,
-                                   sizeof(vec3), storage_[k].lengths.positions);
+                                   sizeof(vec3), storage_[k]->lengths.positions);
     rtc.set_shared_geometry_buffer(geometry, embree::kIndexBuffer, 0, embree::kUint3, mesh.triangles.v, 0,
                                    sizeof(uvec3), mesh.triangle_count);
     if (lets_through[k]) rtc.set_geometry_enable_filter(geometry, true);
@@ -117,22 +143,30 @@ void Scene::build(int threads, const std::atomic<bool> &cancel) {
 
   const bool compact = stats_.triangles > kCompactTriangles;
 
-  // 1. One BVH for each shared mesh.
-  mesh_scenes_.assign(meshes_.size(), nullptr);
+  // 1. One BVH for each mesh that is not in the top level.
+  mesh_bvhs_.assign(meshes_.size(), nullptr);
   for (const Instance &instance : instances_) {
     const std::size_t k = instance.mesh;
-    if (storage_[k].flattened || mesh_scenes_[k] != nullptr || meshes_[k].triangle_count == 0) continue;
-    mesh_scenes_[k] = made(rtc.new_scene(device_));
-    if (compact) rtc.set_scene_flags(mesh_scenes_[k], embree::kSceneCompact);
-    rtc.set_scene_progress_monitor(mesh_scenes_[k], keep_building, cancel_pointer);
-    attach(mesh_scenes_[k], triangle_geometry(k), VISIBLE_ANYHOW, 0);
-    rtc.commit_scene(mesh_scenes_[k]);
-    check_embree("building that of mesh '" + storage_[k].name + "'");
+    if (flattened_[k] || mesh_bvhs_[k] != nullptr || meshes_[k].triangle_count == 0) continue;
     instanced_ = true;
+    mesh_bvhs_[k] = taken_over(k, lets_through[k], compact, previous);
+    if (mesh_bvhs_[k] != nullptr) continue;
+    const auto bvh = std::make_shared<MeshBvh>();
+    bvh->device = embree_;
+    bvh->mesh = storage_[k];
+    bvh->lets_through = lets_through[k];
+    bvh->compact = compact;
+    bvh->scene = made(rtc.new_scene(embree_->handle));
+    if (compact) rtc.set_scene_flags(bvh->scene, embree::kSceneCompact);
+    rtc.set_scene_progress_monitor(bvh->scene, keep_building, cancel_pointer);
+    attach(bvh->scene, triangle_geometry(k), VISIBLE_ANYHOW, 0);
+    rtc.commit_scene(bvh->scene);
+    check_embree("building that of mesh '" + storage_[k]->name + "'");
+    mesh_bvhs_[k] = bvh;
   }
 
   // 2. The top level: flattened meshes, and one instance array for each run of instances with one mesh and visibility.
-  bvh_ = made(rtc.new_scene(device_));
+  bvh_ = made(rtc.new_scene(embree_->handle));
   if (compact) rtc.set_scene_flags(bvh_, embree::kSceneCompact);
   rtc.set_scene_progress_monitor(bvh_, keep_building, cancel_pointer);
   for (std::size_t first = 0; first < instances_.size();) {
@@ -145,11 +179,11 @@ void Scene::build(int threads, const std::atomic<bool> &cancel) {
     if (meshes_[head.mesh].triangle_count > 0) {
       const uint id = static_cast<uint>(first_instances_.size());
       first_instances_.push_back(static_cast<uint>(first));
-      if (storage_[head.mesh].flattened) {
+      if (flattened_[head.mesh]) {
         attach(bvh_, triangle_geometry(head.mesh), head.visibility, id);
       } else {
-        embree::Geometry array = made(rtc.new_geometry(device_, embree::kInstanceArray));
-        rtc.set_geometry_instanced_scene(array, mesh_scenes_[head.mesh]);
+        embree::Geometry array = made(rtc.new_geometry(embree_->handle, embree::kInstanceArray));
+        rtc.set_geometry_instanced_scene(array, mesh_bvhs_[head.mesh]->scene);
         // An Instance begins with its four columns, each three floats and a word that Embree ignores.
         rtc.set_shared_geometry_buffer(array, embree::kTransformBuffer, 0, embree::kFloat4x4ColumnMajor, &head, 0,
                                        sizeof(Instance), last - first);
@@ -161,21 +195,16 @@ void Scene::build(int threads, const std::atomic<bool> &cancel) {
   }
   rtc.commit_scene(bvh_);
   check_embree("building that of the scene");
-  stats_.bvh_bytes = static_cast<std::uint64_t>(std::max<std::int64_t>(bvh_memory_.bytes.load(), 0));
+  stats_.bvh_bytes = static_cast<std::uint64_t>(std::max<std::int64_t>(embree_->memory.bytes.load(), 0));
   stats_.build_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
 }
 
 void Scene::release() {
-  if (device_ == nullptr) return;
   if (bvh_ != nullptr) api().release_scene(bvh_);
-  for (embree::Scene scene : mesh_scenes_) {
-    if (scene != nullptr) api().release_scene(scene);
-  }
-  mesh_scenes_.clear();
-  first_instances_.clear();
-  api().release_device(device_);
   bvh_ = nullptr;
-  device_ = nullptr;
+  mesh_bvhs_.clear();
+  first_instances_.clear();
+  embree_.reset();
 }
 
 }  // namespace cotorra

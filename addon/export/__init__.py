@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """From Blender's depsgraph to the arrays of buffers.py: the only part of Cotorra that reads the objects of a scene.
 
-It keeps nothing between two calls, and no Blender object leaves it.
+What it keeps between two calls is in addon/sync/, and no Blender object leaves it.
 """
 
 from __future__ import annotations
@@ -11,6 +11,7 @@ import numpy as np
 
 from .. import cycles_settings
 from ..log import Log
+from ..sync.kept import Kept
 from . import camera, instance_info, instances, layers, lights, materials, shapes, world
 from .buffers import I32, Camera, SceneBuffers
 from .images import ImageTable
@@ -40,11 +41,15 @@ def export_scene(
     view_layer: bpy.types.ViewLayer,
     log: Log,
     space: bpy.types.SpaceView3D | None = None,
+    kept: Kept | None = None,
 ) -> SceneBuffers:
     """Everything that one view layer shows. `engine_scene` is the depsgraph's evaluated scene.
 
     space: the 3D viewport that shows it, which may leave out objects and lamps.
+    kept:  what earlier exports left, which is not read again; it was told what has changed.
     """
+    kept = kept or Kept()
+    kept.begin()
     trees = Trees(log.checkpoint)
     light_groups = {group.name: index for index, group in enumerate(view_layer.lightgroups)}
     walk = instances.walk(depsgraph, space)
@@ -52,8 +57,11 @@ def export_scene(
     log.checkpoint()
 
     # What each group is: a lamp, or a mesh with its materials, or nothing.
-    images = ImageTable(log, engine_scene.frame_current)
-    shaders = ShaderTable(log, trees, images, engine_scene, depsgraph.view_layer_eval)
+    images = kept.images and kept.images.for_next(log, engine_scene.frame_current)
+    if images is None:
+        kept.forget_images()
+        images = kept.images = ImageTable(log, engine_scene.frame_current)
+    shaders = ShaderTable(log, trees, images, engine_scene, depsgraph.view_layer_eval, kept)
     table = materials.MaterialTable(log, shaders)
     lamps: list[lights.Lamp] = []
     found: list[shapes.Shape] = []
@@ -81,12 +89,13 @@ def export_scene(
     # The arrays.
     background = world.read_world(engine_scene, view_layer, light_groups, log, shaders)
     needed = layers.plan(found, shaders.drafts, [row.shader for row in table.rows])
-    meshes = shapes.read_meshes(found, needed, log)
+    meshes = shapes.read_meshes(found, needed, log, kept)
     shown, shape_of = _members(walk.group_of, shape_of_group)
     shining, lamp_of = _members(walk.group_of, lamp_of_group)
     objects, items = shapes.instance_arrays(found, meshes, shape_of, walk.transforms[shown], table, log)
     objects = instance_info.with_info(objects, walk, shown[items], needed, depsgraph)
     surfaces, slots = materials.material_arrays(table, engine_scene)
+    kept.end()
     return SceneBuffers(
         meshes=tuple(meshes.arrays),
         instances=objects,

@@ -62,6 +62,7 @@ class ImageTable:
     log: Log
     frame: int
     images: list[Image] = field(default_factory=list)
+    uses: set[str] = field(default_factory=set)  # sources of the images that were asked for; whoever reads it clears it
     _by_user: dict[tuple, Loaded | str] = field(default_factory=dict)
     _by_content: dict[tuple, Loaded | str] = field(default_factory=dict)
 
@@ -69,6 +70,7 @@ class ImageTable:
         """The image as this user sees it, or why it cannot be read. tile: of UDIM tiles; 0 = the first, for all."""
         if image is None:
             return 'no image is chosen'
+        self.uses.add(image.source)
         frame = sequence_frame(user, self.frame) if image.source == 'SEQUENCE' else 0
         key = (image, frame, tile)
         if key not in self._by_user:
@@ -79,6 +81,7 @@ class ImageTable:
     def missing(self) -> int:
         """The index of an image of one pixel, which shows what Cycles shows where there is none."""
         key = ('missing',)
+        self.uses.add('MISSING')
         if key not in self._by_content:
             self.images.append(Image('missing', np.array([[[255, 0, 255]]], np.uint8)))
             self._by_content[key] = Loaded(len(self.images) - 1, False, True)
@@ -86,6 +89,7 @@ class ImageTable:
 
     def computed(self, name: str, key: tuple, pixels: Callable[[], NDArray]) -> int:
         """The index of an image (H, W, 3), float32, linear Rec.709, that no file holds. key: what tells it apart."""
+        self.uses.add('COMPUTED')
         if key not in self._by_content:
             found = pixels()
             if self.working_space != REC709:
@@ -97,6 +101,17 @@ class ImageTable:
             self.images.append(Image(name, found, False))
             self._by_content[key] = Loaded(len(self.images) - 1, False, False)
         return self._by_content[key].index
+
+    def for_next(self, log: Log, frame: int) -> ImageTable | None:
+        """The same images for another export, to which they keep their numbers; None where some may be others now.
+
+        Blender's own pixels may be painted on without a word.
+        """
+        if any(key[0] == 'blender' for key in self._by_content):
+            return None
+        self.log, self.frame = log, frame
+        self._by_user.clear()  # its keys are Blender's objects
+        return self
 
     @cached_property
     def working_space(self) -> str:

@@ -32,6 +32,11 @@ class Needs:
     attributes: set[str] = field(default_factory=set)
     generated: bool = False
 
+    @property
+    def key(self) -> tuple:
+        """What is equal where a mesh brings the same."""
+        return frozenset(self.uv_maps), frozenset(self.tangents), frozenset(self.attributes), self.generated
+
 
 @dataclass(frozen=True, slots=True)
 class Layers:
@@ -50,6 +55,11 @@ class Layers:
     instance_layers: tuple[int, ...] = ()
     object_info: bool = False
     particles: bool = False
+
+    @property
+    def key(self) -> tuple:
+        """What is equal where layers have the same numbers in the arrays of meshes."""
+        return self.uv_layers, self.tangent_layers, self.attribute_layers
 
     @property
     def numbers(self) -> dict[tuple[str, str], int]:

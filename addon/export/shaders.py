@@ -13,6 +13,7 @@ import bpy
 
 from .. import shader
 from ..log import Log
+from ..sync.kept import Kept, KeptShader
 from .attributes import view_layer_value
 from .buffers import Shader
 from .images import ImageTable
@@ -28,6 +29,7 @@ class ShaderTable:
     images: ImageTable
     scene: bpy.types.Scene
     view_layer: bpy.types.ViewLayer
+    kept: Kept
     drafts: list[shader.Draft] = field(default_factory=list)
     suns: dict[int, list[tuple[float, float, float, float]]] = field(default_factory=dict)
     _index: dict[tuple, int] = field(default_factory=dict)
@@ -35,18 +37,38 @@ class ShaderTable:
     def index(self, owner: bpy.types.Material | bpy.types.World | bpy.types.Light, warn: Callable[[str], None]) -> int:
         """The number of the shader of a material, world or light, which is read now. warn: takes texts about it."""
 
-        def attribute(name: str) -> tuple[float, float, float, float]:
-            return view_layer_value(self.scene, self.view_layer, name)
-
         self.log.checkpoint()
-        found = shader.Scene(self.images, attribute, occlusion_distance=shader.occlusion_distance(self.scene))
-        draft = shader.shaders_of(owner, self.trees.of(warn), found, warn)
-        key = draft.key
+        distance = shader.occlusion_distance(self.scene)
+        found = self.kept.shader(owner, distance, self.log) or self._read(owner, distance, warn)
+        key = found.draft.key
         if key not in self._index:
             self._index[key] = len(self.drafts)
-            self.drafts.append(draft)
+            self.drafts.append(found.draft)
             self.suns[self._index[key]] = found.suns
         return self._index[key]
+
+    def _read(
+        self,
+        owner: bpy.types.Material | bpy.types.World | bpy.types.Light,
+        distance: float,
+        warn: Callable[[str], None],
+    ) -> KeptShader:
+        """Read a shader, and keep it where nothing goes into it of which Blender would not tell."""
+        asked: list[str] = []
+
+        def attribute(name: str) -> tuple[float, float, float, float]:
+            asked.append(name)
+            return view_layer_value(self.scene, self.view_layer, name)
+
+        mark = len(self.log.messages)
+        self.images.uses.clear()
+        found = shader.Scene(self.images, attribute, occlusion_distance=distance)
+        draft = shader.shaders_of(owner, self.trees.of(warn), found, warn)
+        uses = self.images.uses
+        read = KeptShader(draft, found.suns, distance, bool(uses), tuple(self.log.messages[mark:]))
+        if not asked and 'SEQUENCE' not in uses:
+            self.kept.keep_shader(owner, read)
+        return read
 
     def lets_through(self, index: int) -> bool:
         """Whether a shader may let light through: a transparent closure, or an alpha that is not 1."""

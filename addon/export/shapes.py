@@ -7,6 +7,7 @@ The meshes' own arrays are geometry.py's.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import bpy
 import numpy as np
@@ -18,6 +19,9 @@ from .buffers import F32, I32, Instances, Mesh
 from .instances import Group
 from .layers import Layers
 from .materials import MaterialTable, slot_materials
+
+if TYPE_CHECKING:
+    from ..sync.kept import Kept
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,8 +60,8 @@ def read_shape(
     )
 
 
-def read_meshes(shapes: list[Shape], layers: Layers, log: Log) -> Meshes:
-    """Each mesh once, however many objects and instances show it."""
+def read_meshes(shapes: list[Shape], layers: Layers, log: Log, kept: Kept) -> Meshes:
+    """Each mesh once, however many objects and instances show it; those that are kept are not read."""
     slot_counts: dict[bpy.types.Mesh, int] = {}
     for shape in shapes:
         slot_counts[shape.data] = max(slot_counts.get(shape.data, 0), len(shape.materials))
@@ -66,7 +70,7 @@ def read_meshes(shapes: list[Shape], layers: Layers, log: Log) -> Meshes:
         if shape.data in meshes.index:
             continue
         log.checkpoint()
-        arrays = _read(shape, slot_counts[shape.data], layers, log)
+        arrays = _read(shape, slot_counts[shape.data], layers, log, kept)
         meshes.index[shape.data] = len(meshes.arrays) if arrays is not None else -1
         if arrays is not None:
             meshes.arrays.append(arrays)
@@ -111,10 +115,16 @@ def instance_arrays(
     return instances, np.flatnonzero(keep).astype(np.int32)
 
 
-def _read(shape: Shape, slot_count: int, layers: Layers, log: Log) -> Mesh | None:
+def _read(shape: Shape, slot_count: int, layers: Layers, log: Log, kept: Kept) -> Mesh | None:
     needs = layers.needs[shape.data]
     if not (shape.data.is_editmode and shape.data == shape.obj.data):
-        return geometry.read_mesh(shape.data, shape.obj.name, slot_count, layers, needs, log)
+
+        def read() -> Mesh | None:
+            return geometry.read_mesh(shape.data, shape.obj.name, slot_count, layers, needs, log)
+
+        # Blender numbers each evaluation of a mesh anew, where anything of it may have changed.
+        number = shape.data.session_uid
+        return kept.mesh((number, slot_count, needs.key, layers.key), read, log) if number else read()
     # The arrays of a mesh in edit mode are those from before: ask for a copy of what is being edited.
     copy = shape.obj.to_mesh()
     try:

@@ -16,12 +16,17 @@ from ..export.buffers import SceneBuffers
 class Build:
     """One scene on its way. Its thread ends by itself; `cancel` makes that soon."""
 
-    def __init__(self, module: ModuleType, buffers: SceneBuffers, threads: int, embree: str | None) -> None:
-        """embree: the library by which the CPU traces rays; None where a graphics card does."""
+    def __init__(
+        self, module: ModuleType, buffers: SceneBuffers, threads: int, embree: str | None, previous: Any
+    ) -> None:
+        """embree: the library by which the CPU traces rays; None where a graphics card does.
+
+        previous: a native scene from before, of which it takes over the meshes that did not change; or None.
+        """
         self.scene: Any = None
         self.error: BaseException | None = None
         self._module = module
-        self._arguments = (buffers, threads, embree)
+        self._arguments = (buffers, threads, embree, previous)
         self._cancelled = threading.Event()
         self._thread = threading.Thread(target=self._run, name='cotorra viewport build', daemon=True)
         self._thread.start()
@@ -35,12 +40,12 @@ class Build:
         return not self._thread.is_alive()
 
     def _run(self) -> None:
-        buffers, threads, embree = self._arguments
+        buffers, threads, embree, previous = self._arguments
         stop = self._cancelled.is_set
         try:
-            scene = self._module.Scene(buffers, should_cancel=stop, bvh=False)
+            scene = self._module.Scene(buffers, should_cancel=stop, bvh=False, editable=True, previous=previous)
             if embree is not None:
-                scene.build_bvh(threads, embree, should_cancel=stop)
+                scene.build_bvh(threads, embree, should_cancel=stop, previous=previous)
             self.scene = scene
         except self._module.Cancelled:
             pass

@@ -15,9 +15,10 @@ from typing import Any
 import bpy
 
 from .. import export, native, settings, watch
-from ..export.buffers import Camera, RenderSettings
+from ..export.buffers import Camera, RenderSettings, SceneBuffers
 from ..log import Log, spelled
 from ..reporter import duration
+from ..sync import changes, stores
 from . import preview, ticking, view
 from .building import Build
 from .drawing import Canvas
@@ -38,6 +39,9 @@ class Viewport:
         self._canvas = Canvas()
         self._progression: Progression | None = None
         self._build: Build | None = None
+        self._store: stores.Store | None = None
+        self._buffers: SceneBuffers | None = None  # of which the scene is, or will be, built
+        self._how: tuple = ()
         self._scene: Any = None  # the native one
         self._settings: RenderSettings | None = None
         self._camera: Camera | None = None
@@ -101,7 +105,7 @@ class Viewport:
         progression, self._progression = self._progression, None
         if progression is not None:
             progression.stop()
-        self._scene = None
+        self._scene = self._store = self._buffers = None
         self._canvas.clear()
 
     # ---- From an edit to a native scene
@@ -112,16 +116,25 @@ class Viewport:
         self._exported = _filters(context.space_data)
         log = Log()
         scene, layer = depsgraph.scene_eval, depsgraph.view_layer_eval
-        buffers = export.export_scene(depsgraph, scene, layer, log, context.space_data)
-        self._film = None
+        if self._store is None:
+            self._store = stores.store_of(depsgraph)
+        store = self._store
+        store.kept.note(depsgraph.updates)
+        buffers = export.export_scene(depsgraph, scene, layer, log, context.space_data, store.kept)
         found = preview.render_settings(scene, layer, preview.shown_pass(context.space_data), log)
         errors = log.texts('ERROR')
         if errors:
             raise ViewportError('; '.join(errors))
+        how = found.device, found.threads
+        known = self._buffers
+        self._buffers, self._how, same_how = buffers, how, how == self._how
+        if known is not None and same_how and changes.equal(known, buffers):
+            self._buffers = known
+            return  # what it is built of stands
         if self._build is not None:
             self._build.cancel()
         embree = native.embree_library() if found.device == 'CPU' else None
-        self._build = Build(module, buffers, found.threads, embree)
+        self._build = Build(module, buffers, found.threads, embree, store.scene)
         self._build.done(WAIT_FOR_BUILD)
 
     def _take_build(self) -> None:
@@ -132,7 +145,8 @@ class Viewport:
         if build.error is not None:
             raise build.error
         if build.scene is not None:
-            self._scene, self._stale = build.scene, True
+            self._scene = self._store.scene = build.scene
+            self._stale = True
 
     # ---- From a native scene to a picture
 
@@ -235,6 +249,7 @@ class Viewport:
         if self._progression is not None:
             self._progression.stop()
         self._scene, self._stale, self._exported = None, False, None
+        self._buffers = None
 
 
 def _filters(space: bpy.types.SpaceView3D) -> tuple:
