@@ -6,12 +6,14 @@ What is expected of alpha and colour was measured with Cycles 5.2.3. Which input
 
 from __future__ import annotations
 
+import threading
 from pathlib import Path
 
 import bpy
 import numpy as np
 import OpenImageIO as oiio
 import pytest
+from cotorra.export import image_files
 from cotorra.export.buffers import SceneBuffers
 from cotorra.export.images import image_path, sequence_frame
 
@@ -194,6 +196,35 @@ def test_packed(dtype: type, tmp_path: Path) -> None:
     [image] = buffers.images
     assert not warnings
     np.testing.assert_array_equal(image.pixels, pixels)
+
+
+@pytest.mark.parametrize('ending', ['png', 'jpg'])
+def test_packed_bytes_are_decoded_once(ending: str, tmp_path: Path) -> None:
+    """By us: Blender, which is not asked for their size, does not decode them for nothing."""
+    build.new_scene()
+    image = loaded(write(tmp_path / f'image.{ending}', texels(3, height=16, width=16)))
+    image.pack()
+    image.buffers_free()
+    assert not image.has_data
+    buffers, warnings = shown(image)
+    assert buffers.images[0].pixels.shape == (16, 16, 3) and not warnings and not image.has_data
+
+
+def test_files_are_decoded_by_other_threads(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    threads = set()
+    read = image_files.OpenImage.read
+
+    def noted(file: image_files.OpenImage) -> object:
+        threads.add(threading.current_thread())
+        return read(file)
+
+    monkeypatch.setattr(image_files.OpenImage, 'read', noted)
+    build.new_scene()
+    paths = [write(tmp_path / f'{index}.png', texels(3) + np.uint8(index)) for index in range(4)]
+    buffers, warnings = shown(*map(loaded, paths))
+    assert threading.current_thread() not in threads and not warnings
+    for index, image in enumerate(buffers.images):
+        np.testing.assert_array_equal(image.pixels, texels(3) + np.uint8(index))
 
 
 def test_packed_rubbish() -> None:

@@ -6,6 +6,10 @@ What it keeps between two calls is in addon/sync/, and no Blender object leaves 
 
 from __future__ import annotations
 
+import os
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
+
 import bpy
 import numpy as np
 
@@ -49,6 +53,41 @@ def export_scene(
     kept:  what earlier exports left, which is not read again; it was told what has changed.
     """
     kept = kept or Kept()
+    executor = ThreadPoolExecutor(image_threads(engine_scene), 'cotorra images')
+    failed: dict[tuple, str] = {}
+    try:
+        while True:
+            images = kept.images and kept.images.for_next(log, engine_scene.frame_current, executor)
+            if images is None:
+                kept.forget_images()
+                images = kept.images = ImageTable(log, engine_scene.frame_current, executor, failed)
+            found = _export(depsgraph, engine_scene, view_layer, images, space, kept)
+            if images.finish():
+                return replace(found, images=tuple(images.images))
+            failed = images.failed
+            kept.forget_images()
+    except BaseException:
+        kept.forget_images()  # some may lack their pixels
+        raise
+    finally:
+        executor.shutdown(wait=False, cancel_futures=True)
+
+
+def image_threads(scene: bpy.types.Scene) -> int:
+    """How many files are decoded at once: as many as the render has threads, while this one reads the scene."""
+    return scene.render.threads if scene.render.threads_mode == 'FIXED' else os.cpu_count() or 1
+
+
+def _export(
+    depsgraph: bpy.types.Depsgraph,
+    engine_scene: bpy.types.Scene,
+    view_layer: bpy.types.ViewLayer,
+    images: ImageTable,
+    space: bpy.types.SpaceView3D | None,
+    kept: Kept,
+) -> SceneBuffers:
+    """All but the images, whose pixels may come later."""
+    log = images.log
     kept.begin()
     trees = Trees(log.checkpoint)
     light_groups = {group.name: index for index, group in enumerate(view_layer.lightgroups)}
@@ -57,10 +96,6 @@ def export_scene(
     log.checkpoint()
 
     # What each group is: a lamp, or a mesh with its materials, or nothing.
-    images = kept.images and kept.images.for_next(log, engine_scene.frame_current)
-    if images is None:
-        kept.forget_images()
-        images = kept.images = ImageTable(log, engine_scene.frame_current)
     shaders = ShaderTable(log, trees, images, engine_scene, depsgraph.view_layer_eval, kept)
     table = materials.MaterialTable(log, shaders)
     lamps: list[lights.Lamp] = []
@@ -104,7 +139,6 @@ def export_scene(
         lights=lights.light_arrays(lamps, walk.transforms[shining], lamp_of, view_layer, log),
         world=background,
         light_groups=tuple(light_groups),
-        images=tuple(images.images),
         uv_layers=needed.uv_layers,
         tangent_layers=needed.tangent_layers,
         shaders=shaders.resolved(needed.numbers),

@@ -113,7 +113,7 @@ def _area(light: bpy.types.AreaLight, size: float, warn: bounds.Warn) -> dict[st
 def light_arrays(lamps: list[Lamp], transforms: F32, lamp_of: I32, view_layer: bpy.types.ViewLayer, log: Log) -> Lights:
     """One light for each transform (N, 3, 4), with the properties of its lamp."""
     usable = _usable(transforms)
-    for index in np.unique(lamp_of[~usable]):
+    for index in sorted(set(lamp_of[~usable].tolist())):
         log.warning(f'Light "{lamps[index].name}": its transform is not invertible or not finite: left out')
     lamp_of = lamp_of[usable]
 

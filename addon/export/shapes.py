@@ -148,8 +148,10 @@ def _unusable(transforms: F32, keep: NDArray[np.bool_], shape_of: I32) -> list[t
     vanished = singular[np.max(areas, axis=0) == 0.0]
     keep[vanished] = False
     found = [
-        (int(index), 'its transform holds NaN, infinity or numbers near it: left out')
-        for index in np.unique(shape_of[broken])
+        (index, 'its transform holds NaN, infinity or numbers near it: left out')
+        for index in sorted(set(shape_of[broken].tolist()))
     ]
-    found += [(int(index), 'its scale is zero along two axes: left out') for index in np.unique(shape_of[vanished])]
+    found += [
+        (index, 'its scale is zero along two axes: left out') for index in sorted(set(shape_of[vanished].tolist()))
+    ]
     return found
