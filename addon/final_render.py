@@ -238,6 +238,7 @@ class RenderJob:
         show_pictures = in_window()
         next_picture, pause = time.perf_counter() + FIRST_PICTURE_SECONDS, PICTURE_SECONDS
         session.start()
+        self.reporter.rendering(session, render_settings.samples)
         while not session.wait(POLL_SECONDS):
             if self.log.stopped():
                 session.cancel()

@@ -17,6 +17,7 @@
 #include "laboratory.h"
 #include "python_arrays.h"
 #include "python_explain.h"
+#include "python_geometry.h"
 #include "python_models.h"
 #include "python_programs.h"
 #include "python_sky.h"
@@ -417,6 +418,7 @@ NB_MODULE(cotorra_native, m) {
 
   register_laboratory(m);
   register_sky(m);
+  register_geometry(m);
 
   nb::class_<SceneHandle>(m, "Scene", "A validated scene, for the CPU with a BVH.")
       .def(

@@ -6,6 +6,7 @@
 #include <map>
 
 #include "memory.h"
+#include "parallel.h"
 #include "scene.h"
 
 namespace cotorra {
@@ -48,8 +49,12 @@ void Scene::prepare_meshes(SceneInput &in, const Scene *previous) {
   for (Instance &i : instances_) only[i.mesh] = &i;
 
   for (std::size_t k = 0; k < in.meshes.size(); ++k) {
-    MeshInput &source = in.meshes[k];
     flattened_[k] = only[k] != nullptr && belongs_to_top(users[k], *only[k]);
+    stats_.triangles += in.meshes[k].triangles.size();
+    stats_.instanced_triangles += in.meshes[k].triangles.size() * users[k];
+  }
+  parallel_for(in.meshes.size(), [&](std::size_t k) {
+    MeshInput &source = in.meshes[k];
     prepare_mesh(k, source, only[k], previous);
     Mesh &mesh = meshes_[k];
     mesh.triangles = {source.triangles.data()};
@@ -61,9 +66,7 @@ void Scene::prepare_meshes(SceneInput &in, const Scene *previous) {
     if (!source.uv.empty()) mesh.flags |= MESH_HAS_UV;
     if (!source.slots.empty()) mesh.flags |= MESH_HAS_SLOTS;
     if (!source.generated.empty()) mesh.flags |= MESH_HAS_GENERATED;
-    stats_.triangles += source.triangles.size();
-    stats_.instanced_triangles += source.triangles.size() * users[k];
-  }
+  });
 }
 
 // Places and normals of a mesh: the exporter's, or the previous scene's, or moved to world space for its one instance.
@@ -91,25 +94,23 @@ void Scene::prepare_mesh(std::size_t k, MeshInput &source, Instance *instance, c
   if (move || !source.positions_padded) {
     with_memory((source.positions.size() + (move ? source.normals.size() : 0)) * sizeof(vec3),
                 "mesh '" + storage.name + "'", [&] {
-                  storage.positions.resize(source.positions.size() + 1);  // Embree reads 16 bytes at the last vertex
-                  if (move) storage.normals.resize(source.normals.size());
+                  storage.positions.reserve(source.positions.size() + 1);  // Embree reads 16 bytes at the last vertex
+                  if (move) storage.normals.reserve(source.normals.size());
                 });
-    std::copy(source.positions.begin(), source.positions.end(), storage.positions.begin());
+    for (const vec3 p : source.positions) {
+      storage.positions.push_back(
+          move ? instance->x_axis * p.x + instance->y_axis * p.y + instance->z_axis * p.z + instance->origin : p);
+    }
+    storage.positions.push_back(vec3(0.0f));
     positions = storage.positions.data();
   }
   if (move) {
     storage.moved = true;
     note_frame(k, *instance);
-    for (std::size_t i = 0; i < source.positions.size(); ++i) {
-      const vec3 p = storage.positions[i];
-      storage.positions[i] =
-          instance->x_axis * p.x + instance->y_axis * p.y + instance->z_axis * p.z + instance->origin;
-    }
-    for (std::size_t i = 0; i < source.normals.size(); ++i) {
-      const vec3 n = source.normals[i];
+    for (const vec3 n : source.normals) {
       const vec3 moved = instance->normal_x * n.x + instance->normal_y * n.y + instance->normal_z * n.z;
       const float len2 = dot(moved, moved);
-      storage.normals[i] = len2 > 0.0f ? moved * (1.0f / std::sqrt(len2)) : vec3(0.0f);
+      storage.normals.push_back(len2 > 0.0f ? moved * (1.0f / std::sqrt(len2)) : vec3(0.0f));
     }
     if (!storage.normals.empty()) normals = storage.normals.data();
     instance->x_axis = instance->normal_x = {1.0f, 0.0f, 0.0f};

@@ -12,8 +12,9 @@ import time
 import cotorra_native
 import numpy as np
 
-# Lists, by which trees are read.
+# Lists, by which trees are read, and what the exporter asks of meshes.
 shader_ops, shader_closures = cotorra_native.shader_ops, cotorra_native.shader_closures
+corner_tangents, are_directions = cotorra_native.corner_tangents, cotorra_native.are_directions
 
 # Knobs.
 fail_in = ''  # 'scene', 'session', 'device', 'lost', 'render' or 'read'

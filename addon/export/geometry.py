@@ -13,12 +13,12 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
+from .. import native
 from ..log import Log
 from . import bounds
 from .attributes import mesh_attribute
 from .buffers import F32, U32, Attribute, Mesh
 from .layers import Layers, Needs
-from .tangents import corner_tangents
 
 
 def read_mesh(mesh: bpy.types.Mesh, owner: str, slot_count: int, layers: Layers, needs: Needs, log: Log) -> Mesh | None:
@@ -198,7 +198,7 @@ def _tangents(
             found.append(np.zeros((len(mesh.loops), 4), np.float32))
         else:
             at = np.where(np.abs(positions) <= bounds.LARGEST, positions, np.float32(0.0))
-            found.append(corner_tangents(at, normals, uv, triangles, corners, len(mesh.loops)))
+            found.append(native.load().corner_tangents(at, normals, uv, triangles, corners))
     return np.concatenate(found)
 
 
@@ -234,9 +234,9 @@ def _repair_normals(normals: F32, positions: F32, triangles: U32, entries: U32) 
     Vertices of zero-area faces have none, and neighbours of vertices at NaN get NaN.
     entries: (T, 3) which normal each corner of each triangle uses.
     """
-    squares = np.einsum('ij,ij->i', normals, normals)
-    if squares.min() > 0.5 and squares.max() < 2.0:  # false for NaN as well
+    if native.load().are_directions(normals):
         return
+    squares = np.einsum('ij,ij->i', normals, normals)
     bad = ~((squares > 0.5) & (squares < 2.0))
     at = bad[entries]
     affected = np.flatnonzero(at.any(axis=1))
