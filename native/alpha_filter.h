@@ -42,7 +42,7 @@ template <class T>
 T filter_field(const void *records, unsigned int field, const embree::FilterArguments &a, std::size_t k) {
   return static_cast<const T *>(records)[field * a.count + k];
 }
-constexpr unsigned int kRayDirection = 4, kRayFar = 8, kRayId = 10;
+constexpr unsigned int kRayDirection = 4, kRayFar = 8, kRayId = 10, kRayFlags = 11;
 constexpr unsigned int kHitU = 3, kHitV = 4, kHitTriangle = 5, kHitGeometry = 6, kHitInstance = 7, kHitPlace = 8;
 
 template <int kWidth>
@@ -100,12 +100,25 @@ bool is_left(const AlphaContext<kWidth> &c, const embree::FilterArguments &a, st
          filtered_instance(c, a, k) == c.left_instance[id];
 }
 
-// Where nothing lets rays through.
+// Does any of the hits lie on a triangle of the number that its ray left?
+template <int kCount>
+bool any_left(const int *valid, const std::uint32_t *triangle, const std::uint32_t *left) {
+  std::uint32_t any = 0;
+  for (int k = 0; k < kCount; ++k) any |= triangle[k] == left[k] ? static_cast<std::uint32_t>(valid[k]) : 0u;
+  return any != 0;
+}
+
+// Where nothing lets rays through: the rays still say which triangle they left, as set_left noted it. Embree asks of
+// every hit, nearly all of which are others: the whole packet is compared at once.
 template <int kWidth>
 void filter_left(const embree::FilterArguments *a) {
+  const auto *const triangle = static_cast<const std::uint32_t *>(a->hit) + kHitTriangle * std::size_t{a->count};
+  const auto *const left = static_cast<const std::uint32_t *>(a->ray) + kRayFlags * std::size_t{a->count};
+  if (a->count == kWidth && !any_left<kWidth>(a->valid, triangle, left)) return;
   const auto &c = *reinterpret_cast<const AlphaContext<kWidth> *>(a->context);
   for (std::size_t k = 0; k < a->count; ++k) {
-    if (a->valid[k] != 0 && is_left(c, *a, k)) a->valid[k] = 0;
+    if (a->valid[k] == 0 || triangle[k] != left[k]) continue;
+    if (filtered_instance(c, *a, k) == filter_field<std::uint32_t>(a->ray, kRayId, *a, k)) a->valid[k] = 0;
   }
 }
 
@@ -165,6 +178,12 @@ void set_left(embree::Ray<kWidth> &ray, std::size_t k, uvec2 left) {
 template <int kWidth>
 void set_filter(AlphaContext<kWidth> &c, embree::Ray<kWidth> &ray, embree::Filter filter,
                 embree::QueryArguments &arguments) {
+  if (!c.transparency) {
+    std::uint32_t none = INVALID_ID;  // where no ray left a triangle, none is asked about
+    for (std::size_t k = 0; k < kWidth; ++k) none &= ray.id[k];
+    arguments.filter = none == INVALID_ID ? nullptr : reinterpret_cast<void *>(filter_left<kWidth>);
+    return;
+  }
   for (std::size_t k = 0; k < kWidth; ++k) {
     c.left_instance[k] = ray.id[k];
     c.left_triangle[k] = ray.flags[k];
@@ -172,12 +191,13 @@ void set_filter(AlphaContext<kWidth> &c, embree::Ray<kWidth> &ray, embree::Filte
     ray.flags[k] = 0;
   }
   c.passed.fill(0);
-  arguments.filter = reinterpret_cast<void *>(c.transparency ? filter : filter_left<kWidth>);
+  arguments.filter = reinterpret_cast<void *>(filter);
 }
 
 // Counts the surfaces that rays of paths crossed, and ends those that crossed more than they may: their mask becomes 0.
 template <int kWidth>
 void end_passes(AlphaContext<kWidth> &c, embree::RayHit<kWidth> &p) {
+  if (!c.transparency) return;
   const std::size_t most = path_crossings(c.limits) + 1;
   c.crossed_by_path.fill(0);
   if (c.limits.transparent_bounces >= TRANSPARENT_UNLIMITED) return;

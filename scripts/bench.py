@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import Any
 
 import compare
-from benchmark import fair, judge, peers, report, runner, scenes, synthetic
+from benchmark import everything, fair, judge, peers, report, runner, scenes, shares, sheet, synthetic
 
 
 def parse(arguments: list[str] | None) -> argparse.Namespace:
@@ -43,6 +43,10 @@ def parse(arguments: list[str] | None) -> argparse.Namespace:
     )
     parser.add_argument('--constants', action='store_true', help='cut textures off: constant materials and world')
     parser.add_argument('--against', choices=('mitsuba',), help='this instead of Cycles, where its wheel is installed')
+    parser.add_argument('--all', action='store_true', help='all scenes that are here, in one table and a sheet')
+    parser.add_argument('--budget', type=float, default=60.0, help='minutes that --all may take (default: 60)')
+    parser.add_argument('--sheet', type=Path, default=runner.CACHE.parent / 'bench-sheet.png', help='picture of --all')
+    parser.add_argument('--shares', action='store_true', help='of what the variance of our pixels is made')
     parser.add_argument('--json', type=Path, help='everything measured')
     parser.add_argument('--images', type=Path, help='folder for the pictures of both and their difference')
     options = parser.parse_args(arguments)
@@ -54,9 +58,12 @@ def parse(arguments: list[str] | None) -> argparse.Namespace:
         parser.error(f'--size: WxH is wanted, such as 640x360, not {options.size}')
     if options.samples < 4 or min(options.bounces) < 0 or options.repeat < 1 or options.threads < 1:
         parser.error('--samples must be 4 or more, --repeat and --threads 1 or more, --bounces 0 or more')
+    if options.budget <= 0:
+        parser.error('--budget must be above 0')
     options.reference_samples = options.reference_samples or 3 * options.samples
+    every = [source.name for source in everything.all_sources()] if options.all or options.shares else []
     try:
-        names = options.scenes or (['three_lights'] if options.against else scenes.SAME_IN_CYCLES)
+        names = options.scenes or every or (['three_lights'] if options.against else scenes.SAME_IN_CYCLES)
         options.sources = [scenes.find(name) for name in names if name not in synthetic.TESTS]
         options.synthetic = [name for name in names if name in synthetic.TESTS]
     except ValueError as problem:
@@ -120,6 +127,32 @@ def bench_scenes(options: argparse.Namespace) -> list[dict[str, Any]]:
     return cases
 
 
+def bench_everything(options: argparse.Namespace) -> list[dict[str, Any]]:
+    """One table of all scenes, with the greatest of --bounces; what is there so far is drawn and told as it comes."""
+    drawn = sheet.Sheet(options.sheet)
+
+    def show(result: dict[str, Any], same: Any, images: Any) -> None:
+        drawn.add(result, same, images)
+        print('  '.join(everything.line(result)), flush=True)
+
+    results = everything.run(options.sources, max(options.bounces), options.size, options.threads, options.budget, show)
+    print(f'\n{everything.table(results)}\nThe sheet: {options.sheet}\n', flush=True)
+    return results
+
+
+def bench_shares(options: argparse.Namespace) -> list[dict[str, Any]]:
+    results = []
+    for source in options.sources:
+        case = runner.Case(source, max(options.bounces), options.size, options.threads)
+        try:
+            found = runner.shares(case)
+            print(shares.text(source.name, found), flush=True)
+            results.append({'scene': source.name, 'shares': found})
+        except RuntimeError as problem:
+            results.append(failed(f'{source.name}, shares', problem))
+    return results
+
+
 def bench_peers(options: argparse.Namespace) -> list[dict[str, Any]]:
     results = []
     for source in options.sources:
@@ -159,6 +192,10 @@ def main(arguments: list[str] | None = None) -> int:
 
     if options.against:
         results = {'against': bench_peers(options)}
+    elif options.all or options.shares:
+        results = {'all': bench_everything(options)} if options.all else {}
+        if options.shares:
+            results['shares'] = bench_shares(options)
     else:
         results = {'cases': bench_scenes(options), 'synthetic': bench_synthetic(options)}
         if results['cases']:

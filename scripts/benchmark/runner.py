@@ -48,6 +48,7 @@ class Render:
     cpu: float
     memory: int
     stats: dict[str, Any]
+    first: float | None = None  # until samples began, from the call on
 
 
 def run_worker(task: dict[str, Any], environment: dict[str, str] | None = None) -> dict[str, Any]:
@@ -108,6 +109,7 @@ def finished(engine: str, entry: dict[str, Any]) -> Render:
         whole=entry['whole'],
         cpu=entry['cpu'],
         memory=entry['memory_peak'],
+        first=entry.get('first_sample'),
         stats=entry.get('stats', {}),
     )
 
@@ -147,6 +149,12 @@ def tracing(case: Case, samples: int) -> dict[str, Any]:
     return run_worker(task_of(case, 'BENCH_TRACE', jobs))['tracing']
 
 
+def shares(case: Case) -> dict[str, float]:
+    """Of what the variance of Cotorra's pixels is made: `shares.py`."""
+    jobs = [{'samples': 4, 'seed': 1, 'output': ''}]
+    return run_worker(task_of(case, 'BENCH_SHARES', jobs))['shares']
+
+
 STARTS = ('compile_seconds', 'first_seconds')
 
 
@@ -169,6 +177,18 @@ def device_figures(case: Case, renders: list[Render]) -> dict[str, Any]:
             session = render['stats']['layers'][0]['session']
             figures['starts'][start] = {key: session[key] for key in STARTS}
     return figures
+
+
+def timed(case: Case, engine: str, counts: list[int], seeds: list[int], shipped: bool = False) -> list[Render]:
+    """Renders with each of `counts` samples and each seed. shipped: Cycles with what it has on by itself."""
+    with tempfile.TemporaryDirectory(prefix='cotorra-bench-') as work:
+        jobs = [
+            {'samples': samples, 'seed': seed, 'output': str(Path(work, f'{samples}-{seed}.exr'))}
+            for samples in sorted(counts, reverse=True)
+            for seed in seeds
+        ]
+        task = task_of(case, engine, jobs) | {'shipped': shipped}
+        return [finished(engine, entry) for entry in run_worker(task)['renders']]
 
 
 def measure(

@@ -74,6 +74,26 @@ class BenchTrace(bpy.types.RenderEngine):
         self.end_result(self.begin_result(0, 0, self.resolution_x, self.resolution_y))
 
 
+class BenchShares(bpy.types.RenderEngine):
+    """Renders with Cotorra again and again, to find of what the variance is made; the pictures are thrown away."""
+
+    bl_idname = 'BENCH_SHARES'
+    bl_label = 'Shares of the variance (benchmark)'
+    found: ClassVar[dict[str, float]] = {}
+
+    def render(self, depsgraph: bpy.types.Depsgraph) -> None:
+        from cotorra import native
+        from cotorra.log import Log
+        from cotorra.settings import render_settings
+
+        from benchmark import shares
+
+        buffers, camera = exported(depsgraph)
+        settings = render_settings(depsgraph.scene_eval, depsgraph.view_layer_eval, ('combined',), Log())
+        self.found.update(shares.measure(native.load(), buffers, camera, settings, native.embree_library()))
+        self.end_result(self.begin_result(0, 0, self.resolution_x, self.resolution_y))
+
+
 def exported(depsgraph: bpy.types.Depsgraph) -> tuple[Any, Any]:
     """What Cotorra's native module is given: the scene's arrays and the camera."""
     from cotorra import export
@@ -174,11 +194,13 @@ def main() -> None:
 
         cotorra.register()
     BenchDump.path = task.get('dump', '')
-    for cls in (BenchNull, BenchDump, BenchTrace):
+    for cls in (BenchNull, BenchDump, BenchTrace, BenchShares):
         bpy.utils.register_class(cls)
     scenes.build(scenes.SceneSource(**task['source']))
     cut = scenes.strip_textures() if task['constants'] else []
     fair.make_fair(bpy.context.scene, engine, task['bounces'], tuple(task['size']), task['threads'])
+    if task.get('shipped'):
+        fair.as_shipped(bpy.context.scene)
     if engine == 'COTORRA':
         own = bpy.context.scene.cotorra
         own.device, own.use_device_fallback = task['device'], False
@@ -187,7 +209,11 @@ def main() -> None:
     first_sample = FirstSample()
     bpy.app.handlers.render_stats.append(first_sample)
     renders = [render(task, job, first_sample) for job in task['jobs']]
-    done = {'BENCH_DUMP': Path(BenchDump.path).is_file(), 'BENCH_TRACE': bool(BenchTrace.stats)}
+    done = {
+        'BENCH_DUMP': Path(BenchDump.path).is_file(),
+        'BENCH_TRACE': bool(BenchTrace.stats),
+        'BENCH_SHARES': bool(BenchShares.found),
+    }
     if not done.get(engine, True):  # Blender prints what an engine raises and goes on
         sys.exit(f'{engine} failed')
     result = {
@@ -197,6 +223,7 @@ def main() -> None:
         'cut': cut,
         'renders': renders,
         'tracing': BenchTrace.stats,
+        'shares': BenchShares.found,
     }
     Path(sys.argv[2]).write_text(json.dumps(result))
     # Blender 4.5 hangs at exit while an engine written in Python is registered, and a benchmark need not clean up.
