@@ -195,6 +195,8 @@ class RenderJob:
                 session.continue_on_cpu()
                 self.render(session, render_settings, sources)
             self.tell_of_clamping(session)
+            if render_settings.adaptive:
+                self.tell_of_noise(session, render_settings)
             if self.denoising is not None:
                 self.denoise(session, self.denoising)
         finally:
@@ -272,6 +274,11 @@ class RenderJob:
         light, held = figures.get('light', 0.0), figures.get('held_light', 0.0)
         if held > 0.0:
             self.log.info(f'Clamping held back {100.0 * held / light:.2g} % of the light')
+
+    def tell_of_noise(self, session: Any, render_settings: RenderSettings) -> None:
+        """The error that is left: below the threshold where few samples did, above it where the last one came first."""
+        self.stats.noise = float(passes.read(session, self.result, 'noise').mean())
+        self.log.info(f'Noise left: {self.stats.noise:.2g} (threshold {render_settings.noise_threshold:.2g})')
 
     def denoise(self, session: Any, how: denoise.Denoising) -> None:
         """Replace Combined, which stays as it is where that is stopped or cannot be done."""

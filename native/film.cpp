@@ -62,6 +62,11 @@ Reader reader_of(const std::string &pass, const PassSelection &has, bool transpa
   if (pass == "sample_count") {
     return [](const FilmTile &t, std::size_t i, float *out) { out[0] = static_cast<float>(t.samples_of(i)); };
   }
+  if (has.error && pass == "noise") {
+    return [](const FilmTile &t, std::size_t i, float *out) {
+      out[0] = t.samples[i] > 1 ? film_error(t.pixels[i].radiance, t.odd[i], static_cast<float>(t.samples[i])) : 0.0f;
+    };
+  }
   if (has.nearest) {
     if (pass == "depth") return [](const FilmTile &t, std::size_t i, float *out) { out[0] = t.nearest[i].depth; };
     if (pass == "position") {
@@ -251,7 +256,7 @@ void Film::make_tiles(int tile_size) {
 int Film::channels(const std::string &pass) {
   if (pass == "combined") return 4;
   if (pass == "term_d" || pass == "term_g" || pass == "depth" || pass == "object_index" || pass == "material_index" ||
-      pass == "sample_count")
+      pass == "sample_count" || pass == "noise")
     return 1;
   return 3;
 }

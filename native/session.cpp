@@ -96,6 +96,8 @@ PassSelection select_passes(const SettingsInput &settings, std::uint32_t light_g
       p.environment = true;
     } else if (name == "shadow") {
       p.shadow = true;
+    } else if (name == "noise") {
+      p.error = true;
     } else if (name == "ao") {
       p.occlusion = true;
     } else if (name.starts_with("term_")) {
@@ -272,7 +274,7 @@ void Session::run_tiles(std::size_t first_tile, std::size_t tile_count, std::uin
   const std::span<FilmTile> tiles = film_.tiles(first_tile, tile_count);
   if (!device_->render(job_, tiles, first, count, workspace, counts)) return;
   for (std::size_t k = 0; k < tiles.size(); ++k) {
-    if (passes_.error && !tiles[k].to_sample().empty()) update_pending(tiles[k], first + count);
+    if (settings_.adaptive && !tiles[k].to_sample().empty()) update_pending(tiles[k], first + count);
     samples_finished_.fetch_add(count, std::memory_order_relaxed);
     tile_passes_[first_tile + k].fetch_add(1, std::memory_order_release);
   }

@@ -80,6 +80,23 @@ def test_the_minimum_follows_from_the_threshold() -> None:
         assert found.min() == stops
 
 
+@on_both('samples', [(1,), (8,)], [(8,)])
+def test_the_noise_that_is_left(device: str, samples: int) -> None:
+    """A pixel's error as the stop rule sees it, also where nothing stops: none where there is no noise, and none is
+    known of one sample."""
+    settings = {'samples': samples, 'adaptive': False, 'device': device, 'passes': ('combined', 'noise')}
+    found = render(noisy_pixels(), camera(1.0, SIZE), **settings)
+    noise = found['noise'][..., 0]
+    noisy = np.zeros((SIZE, SIZE), bool)
+    for column, row in NOISY:
+        noisy[row, column] = True
+    assert (noise[~noisy] == 0.0).all()
+    assert (noise[noisy] > 0.0).all() == (samples > 1)
+    # Two halves whose mean is the picture: neither is further from it than the picture is bright.
+    mean = found['combined'][..., :3].sum(axis=2)
+    assert (noise * np.sqrt(mean) <= mean * 1.001 + 1e-6).all()
+
+
 # ---- Stopping
 
 

@@ -406,7 +406,8 @@ class RenderSettings:
 
 
 # Native pass name -> channels. 'lightgroup:N' (3 channels) is the N-th light group, 'light:N' the N-th lamp alone. The
-# terms are sums over the lamps above the surface, each toward the lamp's centre, without shadows.
+# terms are sums over the lamps above the surface, each toward the lamp's centre, without shadows. 'noise' is the error
+# of each pixel as adaptive sampling estimates it (kernels/film.h).
 PASSES = {
     'combined': 4,
     'depth': 1,
@@ -423,6 +424,7 @@ PASSES = {
     'shadow': 3,
     'ao': 3,
     'sample_count': 1,
+    'noise': 1,
     'term_d': 1,
     'term_g': 1,
     'term_f': 3,
