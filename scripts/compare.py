@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Compares two float EXR images: prints the measures of `metrics.py` and draws both images beside their difference.
+"""Compares two float EXR images: prints the figures of `addon/metrics.py`, draws both and their difference.
 
 Nothing is rendered here. Alone:  python scripts/compare.py A.exr B.exr [-o DIFFERENCE.png]   (B is the reference)
 """
@@ -12,8 +12,7 @@ from pathlib import Path
 
 import numpy as np
 import OpenImageIO as oiio
-
-from metrics import TILE, TILE_FLOOR, Image, Reference, SameImage, image_error, same_image
+from cotorra.metrics import TILE, TILE_FLOOR, Image, Reference, SameImage, image_error, same_image
 
 
 def read_exr(path: Path | str) -> tuple[Image, dict[str, str | float | int]]:

@@ -15,8 +15,9 @@ import numpy as np
 from render_calls import read_exr
 
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent / 'scripts'))
+from cotorra.metrics import Reference
+
 from benchmark.fair import make_fair, set_job
-from metrics import Reference
 
 
 def in_halves(

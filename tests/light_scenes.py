@@ -19,7 +19,7 @@ from beside_cycles import in_halves
 from scenes import build
 
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent / 'scripts'))
-from metrics import Reference, same_image
+from cotorra.metrics import Reference, same_image
 
 SIZE = (64, 48)
 TILE = 8

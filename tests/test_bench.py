@@ -13,10 +13,11 @@ import numpy as np
 import pytest
 
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent / 'scripts'))
+from cotorra.metrics import Reference
+
 import bench
 import compare
 from benchmark import judge, report, runner, scenes
-from metrics import Reference
 
 COUNTS = (16, 32, 64)
 

@@ -11,8 +11,9 @@ import numpy as np
 import pytest
 
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent / 'scripts'))
+from cotorra.metrics import Reference
+
 import chart
-from metrics import Reference
 
 
 def made(name: str, folder: Path) -> dict[str, list[dict[str, str]]]:

@@ -19,8 +19,9 @@ from render_calls import read_exr, render_to
 from scenes import build
 
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent / 'scripts'))
+from cotorra.metrics import Reference, same_image
+
 from benchmark.fair import make_fair, set_job
-from metrics import Reference, same_image
 
 pytestmark = pytest.mark.usefixtures('engine')
 

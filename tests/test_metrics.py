@@ -5,13 +5,14 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
+from statistics import NormalDist
 
 import numpy as np
 import pytest
 
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent / 'scripts'))
-import metrics
-from metrics import Reference
+from cotorra import metrics
+from cotorra.metrics import Reference
 
 
 @pytest.fixture
@@ -177,3 +178,97 @@ def test_same_image_counts_bad_pixels() -> None:
     assert same.bad == 1
     assert same.within == 1.0
     assert not same.holds()
+
+
+def test_rmse_is_the_root_of_the_mse() -> None:
+    assert metrics.image_error(grey(2.2), Reference.from_image(grey(2.0))).rmse == pytest.approx(0.2, rel=1e-5)
+    halves = Reference(grey().astype(np.float64), np.full((64, 96, 3), 1.0))
+    assert metrics.image_error(grey(), halves).rmse == 0.0, 'the noise of the reference explains more than there is'
+
+
+def test_a_reference_of_parts(rng: np.random.Generator) -> None:
+    parts = [np.ones((100, 100, 3)) + rng.normal(0, 0.4, (100, 100, 3)) for _ in range(8)]
+    reference = Reference.from_parts(parts)
+    # 30,000 variances of 7 degrees of freedom: their mean is known to sqrt(2 / 7 / 30000) = 0.3 %.
+    assert reference.variance.mean() == pytest.approx(0.16 / 8, rel=0.02)
+    with pytest.raises(ValueError, match='needs a picture'):
+        Reference.from_parts([])
+    with pytest.raises(ValueError, match='one shape'):
+        Reference.from_parts([grey(), grey(height=32)])
+
+
+def test_the_error_map_is_what_relmse_is_made_of(rng: np.random.Generator) -> None:
+    truth = rng.uniform(0.0, 3.0, (64, 64, 3))
+    image = truth + rng.normal(0, 0.1, truth.shape)
+    reference = Reference.from_image(truth)
+    shown = metrics.error_map(image, reference)
+    assert np.mean(shown**2) == pytest.approx(metrics.image_error(image, reference).relmse)
+    image[3, 4, 1] = np.nan
+    assert np.isnan(metrics.error_map(image, reference)[3, 4])
+    assert np.isfinite(metrics.error_map(image, reference)).sum() == 64 * 64 - 1
+
+
+def test_noise_and_bias_are_told_apart(rng: np.random.Generator) -> None:
+    truth = np.ones((200, 200, 3))
+
+    def render(bias: float, deviation: float) -> np.ndarray:
+        return truth + bias + rng.normal(0, deviation, truth.shape)
+
+    reference = Reference.from_parts([render(0.0, 0.2) for _ in range(4)])
+    parts = metrics.noise_and_bias([render(0.05, 0.3), render(0.05, 0.3)], reference)
+    # 120,000 values: the noise is known to 0.4 %, the bias of 0.0025 to 0.0025·0.3·… = 1.9e-4 (its terms' deviation,
+    # 0.065, over sqrt(120000)); four sigma each.
+    assert parts.noise_mse == pytest.approx(0.09, rel=0.016)
+    assert parts.noise_relmse == pytest.approx(0.09 / 1.01, rel=0.016)
+    assert parts.bias_mse == pytest.approx(0.0025, abs=7.6e-4)
+    none = metrics.noise_and_bias([render(0.0, 0.3), render(0.0, 0.3)], reference)
+    assert abs(none.bias_mse) < 7.6e-4
+    with pytest.raises(ValueError, match='two renders'):
+        metrics.noise_and_bias([truth], reference)
+
+
+def test_quantiles_of_student() -> None:
+    # ν = 1: tan(π c / 2); ν = 2: c sqrt(2 / (1 − c²)); ν → ∞: the normal distribution's.
+    assert metrics.student_t(0.95, 1) == pytest.approx(np.tan(0.95 * np.pi / 2), rel=1e-4)
+    assert metrics.student_t(0.95, 2) == pytest.approx(0.95 * np.sqrt(2 / (1 - 0.95**2)), rel=1e-4)
+    assert metrics.student_t(0.95, 1e6) == pytest.approx(NormalDist().inv_cdf(0.975), rel=1e-3)
+
+
+@pytest.mark.parametrize('parts', [2, 4])
+def test_intervals_of_the_difference_cover_it(parts: int) -> None:
+    """Of 2000 intervals of 95 % as many hold the difference as they say. Noise correlates between pixels here."""
+    rng = np.random.default_rng(parts)
+
+    def renders(mean: float, deviation: float) -> list[np.ndarray]:
+        return [np.full((2, 2, 3), mean * (1 + rng.normal(0, deviation))) for _ in range(parts)]
+
+    held = 0
+    for _ in range(2000):
+        found = metrics.total_difference(renders(1.02, 0.01), renders(1.0, 0.01))
+        held += abs(found.value - 0.02) <= found.half
+    # Binomial: deviation 0.5 %. Welch's interval is wider than need be for two parts: its freedom is estimated.
+    assert 0.935 <= held / 2000 <= (0.995 if parts == 2 else 0.97)
+
+
+def test_a_single_render_says_nothing_of_its_noise() -> None:
+    found = metrics.total_difference([grey(1.02)], [grey(), grey()])
+    assert found.value == pytest.approx(0.02, rel=1e-4) and found.half == np.inf
+
+
+@pytest.mark.skipif(not metrics.has_flip(), reason='flip-evaluator is not installed')
+def test_flip(rng: np.random.Generator) -> None:
+    truth = rng.uniform(0.1, 1.0, (48, 64, 3)).astype(np.float32)
+    mean, shown = metrics.flip(truth, truth)
+    assert mean == 0.0 and shown.shape == (48, 64) and not shown.any()
+    less, more = (metrics.flip(truth + rng.normal(0, s, truth.shape), truth)[0] for s in (0.02, 0.1))
+    assert 0.0 < less < more < 1.0
+    wrong = truth.copy()
+    wrong[10:20, 10:20] *= 3.0
+    mean, shown = metrics.flip(wrong, truth)
+    assert shown[15, 15] > 10 * shown[40, 50] and mean == pytest.approx(shown.mean(), rel=1e-3)
+    # Black around a picture changes the mean by the share that it takes, and no exposure.
+    framed = metrics.flip(np.pad(wrong, ((0, 96), (0, 0), (0, 0))), np.pad(truth, ((0, 96), (0, 0), (0, 0))))
+    assert framed[0] == pytest.approx(mean / 3, rel=0.1)
+    black = np.zeros((8, 8, 3), np.float32)
+    assert metrics.flip(black, black)[0] == 0.0
+    assert np.isfinite(metrics.flip(np.full((8, 8, 3), np.nan), truth[:8, :8])[0])

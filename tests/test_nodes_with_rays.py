@@ -21,7 +21,7 @@ from flat_scenes import node
 from scenes import build
 
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent / 'scripts'))
-from metrics import Reference, same_image
+from cotorra.metrics import Reference, same_image
 
 pytestmark = pytest.mark.usefixtures('engine')
 

@@ -12,9 +12,9 @@ from pathlib import Path
 import bpy
 import pytest
 from cotorra import stats
+from cotorra.metrics import same_image
 
 import test_shader_closures_rendered as rendered
-from metrics import same_image
 from random_shaders import Thicket, dress
 
 pytestmark = [

@@ -13,9 +13,10 @@ from pathlib import Path
 import pytest
 
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent / 'scripts'))
+from cotorra.metrics import same_image
+
 import compare
 from benchmark import runner, scenes
-from metrics import same_image
 
 SIZE = (160, 90)
 SAMPLES = {0: 128, 4: 64}  # of each half, by bounces

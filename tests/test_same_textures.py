@@ -19,9 +19,10 @@ import pytest
 from scenes import build
 
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent / 'scripts'))
+from cotorra.metrics import Reference, same_image
+
 import compare
 from benchmark.fair import make_fair, set_job
-from metrics import Reference, same_image
 
 OPEN = Path(__file__).resolve().parent.parent.parent / 'shared' / 'scenes' / 'open'
 

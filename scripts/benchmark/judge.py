@@ -11,8 +11,9 @@ from dataclasses import asdict, dataclass
 from statistics import mean, median
 from typing import Any
 
+from cotorra.metrics import Error, Reference, SameImage, fit_power_law, image_error, same_image, time_at_error
+
 from benchmark.runner import Render
-from metrics import Error, Reference, SameImage, fit_power_law, image_error, same_image, time_at_error
 
 
 @dataclass(frozen=True, slots=True)

@@ -18,11 +18,11 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from cotorra.metrics import Reference
 
 from benchmark import judge
 from benchmark.report import table
 from benchmark.runner import Case, Render, measure, run_worker, task_of
-from metrics import Reference
 
 VARIANTS = ('scalar_rgb', 'llvm_ad_rgb')
 # What makes most samples a second, and what gave the least error in a second on three_lights. `every_light` holds for

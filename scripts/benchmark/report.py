@@ -9,8 +9,9 @@ import platform
 from pathlib import Path
 from typing import Any
 
+from cotorra.metrics import SameImage
+
 from compare import describe
-from metrics import SameImage
 
 RULES = """\
   error    relMSE: mean of (x − r)² / (r² + (0.1 · image mean)²), r the converged image, whose own noise is subtracted;

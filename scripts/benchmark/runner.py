@@ -17,9 +17,10 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
+from cotorra.metrics import Image, Reference
+
 from benchmark.scenes import ROOT, SceneSource
 from compare import read_exr
-from metrics import Image, Reference
 
 CACHE = ROOT / 'build' / 'bench-cache'
 

@@ -14,10 +14,10 @@ from statistics import median
 from typing import Any
 
 import numpy as np
+from cotorra.metrics import Image, Reference, image_error, noise_and_bias, total_difference
 
 from benchmark import runner, scenes
 from charting.result import Chart, Table, panels
-from metrics import RELATIVE_FLOOR, Image, Reference, image_error
 
 BOUNCES = 4
 OVERRIDE = 'cotorra.model_override'
@@ -141,17 +141,9 @@ def judged(measured: Measured, reference: Reference, plan: Plan) -> tuple[float,
     seconds = median(measured.seconds)
     samples = plan.size[0] * plan.size[1] * plan.samples
     error = float(np.mean([image_error(image, reference).relmse for image in measured.images]))
-    total = float(np.mean(measured.images) / np.mean(reference.image) - 1.0)
-    systematic = agreed_error(measured.images[0], measured.images[1], reference)
+    systematic = noise_and_bias(measured.images, reference).bias_relmse
+    total = total_difference(measured.images, [reference.image]).value
     return 1e3 * seconds, 1e9 * seconds / samples, error, systematic, total
-
-
-def agreed_error(a: Image, b: Image, reference: Reference) -> float:
-    """relMSE (see metrics.image_error) of what two renders of other seeds have in common: noise averages out."""
-    truth = reference.image.astype(np.float64)
-    floor = RELATIVE_FLOOR * abs(truth.mean())
-    squared = ((a - truth) * (b - truth) - reference.variance).mean(axis=2)
-    return float((squared / (truth.mean(axis=2) ** 2 + floor**2)).mean())
 
 
 def draw(models: list[tuple[Any, ...]], integrators: list[tuple[Any, ...]]) -> Any:

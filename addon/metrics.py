@@ -1,15 +1,23 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Image error measures, the "same image" criterion and the fit of error against samples, on NumPy arrays.
+"""Every figure of error, once: RMSE, relMSE, FLIP, noise and bias told apart, intervals, the "same image" criterion.
 
-Nothing here reads files, knows Blender or draws: `compare.py` does that, and the tests import both.
+Nothing here reads files, knows Blender or draws. Benchmark, charts, tests and the add-on take their figures from here.
 
-Images are (h, w, 3) float arrays, scene-linear, the first row on top. A reference comes as two independent halves (two
-seeds) where it can: their mean is the reference, and half their difference tells how noisy that mean still is, so that
+Images are (h, w, 3) float arrays, scene-linear, the first row on top. A reference comes as independent parts (other
+seeds) where it can: their mean is the reference, and their differences tell how noisy that mean still is, so that
 noise in the reference is neither counted as an error of the image under test nor taken for a difference of two engines.
+
+Sources. relMSE: Rousselle, Knaus and Zwicker 2011, "Adaptive Sampling and Reconstruction using Greedy Error
+Minimization", equation 14, whose constant is scaled by the mean here. FLIP: Andersson et al. 2020, "FLIP: A Difference
+Evaluator for Alternating Images"; of scene-linear images by Andersson et al. 2021, "Visualizing Errors in Rendered High
+Dynamic Range Images". Interval of a difference: Welch 1947, "The generalization of Student's problem".
 """
 
 from __future__ import annotations
 
+import importlib.util
+import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -39,15 +47,28 @@ class Reference:
     variance: Image
 
     @staticmethod
+    def from_parts(parts: Sequence[Image]) -> Reference:
+        """The mean of k independent renders; their sample variance over k is an unbiased estimate of that mean's.
+
+        ValueError for none, and where the shapes differ. One alone tells nothing of its noise.
+        """
+        if not parts:
+            raise ValueError('a reference needs a picture')
+        for part in parts:
+            check_pair(part, parts[0])
+        stack = np.asarray(parts, np.float64)
+        if len(parts) == 1:
+            return Reference(stack[0], np.zeros(stack[0].shape))
+        return Reference(stack.mean(axis=0), stack.var(axis=0, ddof=1) / len(parts))
+
+    @staticmethod
     def from_halves(a: Image, b: Image) -> Reference:
         """The mean of two independent renders; (a − b)²/4 is an unbiased estimate of that mean's variance."""
-        check_pair(a, b)
-        a64, b64 = a.astype(np.float64), b.astype(np.float64)
-        return Reference((a64 + b64) / 2, (a64 - b64) ** 2 / 4)
+        return Reference.from_parts((a, b))
 
     @staticmethod
     def from_image(image: Image) -> Reference:
-        return Reference(image.astype(np.float64), np.zeros(image.shape))
+        return Reference.from_parts((image,))
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,6 +88,11 @@ class Error:
     residual: float
     bad: int
 
+    @property
+    def rmse(self) -> float:
+        """Square root of the MSE; 0 where nothing is left once the reference's noise is subtracted."""
+        return math.sqrt(max(0.0, self.mse)) if self.mse == self.mse else math.nan
+
 
 def check_pair(a: Image, b: Image) -> None:
     """Two images must have one shape, (h, w, 3)."""
@@ -83,10 +109,7 @@ def image_error(image: Image, reference: Reference) -> Error:
     truth = reference.image[finite].astype(np.float64)
     squared = ((image[finite].astype(np.float64) - truth) ** 2).mean(axis=1)
     noise = reference.variance[finite].mean(axis=1)
-
-    floor = RELATIVE_FLOOR * abs(truth.mean())
-    scale = truth.mean(axis=1) ** 2 + floor**2
-    scale = np.where(scale > 0, scale, 1.0)  # a black reference: absolute
+    scale = relative_scale(truth)
     relative, relative_noise = squared / scale, noise / scale
 
     # Which pixels are trimmed hardly depends on the reference's noise, so that noise is taken over what is kept.
@@ -98,6 +121,146 @@ def image_error(image: Image, reference: Reference) -> Error:
         residual=float(relative_noise.mean()),
         bad=int(finite.size - finite.sum()),
     )
+
+
+def relative_scale(truth: NDArray[np.float64]) -> NDArray[np.float64]:
+    """What relMSE divides by: the pixel's mean over its channels (the last axis), squared, and the floor's square."""
+    floor = RELATIVE_FLOOR * abs(truth.mean())
+    scale = truth.mean(axis=-1) ** 2 + floor**2
+    return np.where(scale > 0, scale, 1.0)  # a black reference: absolute
+
+
+def error_map(image: Image, reference: Reference) -> NDArray[np.float64]:
+    """(h, w): the square root of what each pixel adds to relMSE, the reference's noise included; NaN where bad."""
+    check_pair(image, reference.image)
+    truth = reference.image.astype(np.float64)
+    squared = ((image.astype(np.float64) - truth) ** 2).mean(axis=2)
+    finite = np.isfinite(truth).all(axis=2)
+    scale = relative_scale(np.where(finite[..., None], truth, 0.0))
+    return np.where(finite & np.isfinite(squared), np.sqrt(squared / scale), np.nan)
+
+
+# ---- Noise and bias.
+
+
+@dataclass(frozen=True, slots=True)
+class Parts:
+    """An error told apart, each as MSE and as relMSE. noise: falls with samples; bias: what seeds have in common."""
+
+    noise_mse: float
+    noise_relmse: float
+    bias_mse: float
+    bias_relmse: float
+
+
+def noise_and_bias(images: Sequence[Image], reference: Reference) -> Parts:
+    """Error of renders of one setting and independent seeds, told apart; two at least, else ValueError.
+
+    noise: the variance of one render, by how the seeds differ: it needs no reference. bias: the mean product of the
+    errors of two seeds, from which noise averages out, less the reference's variance; both are unbiased, so that the
+    bias of a method without any is as often below 0 as above. Bad pixels are left out.
+    """
+    if len(images) < 2:
+        raise ValueError('noise and bias are told apart by two renders at least')
+    for image in images:
+        check_pair(image, reference.image)
+    finite = np.isfinite(reference.image).all(axis=2)
+    for image in images:
+        finite &= np.isfinite(image).all(axis=2)
+    if not finite.any():
+        return Parts(np.nan, np.nan, np.nan, np.nan)
+    stack = np.asarray([image[finite] for image in images], np.float64)
+    truth = reference.image[finite].astype(np.float64)
+    mean, variance = stack.mean(axis=0), stack.var(axis=0, ddof=1)
+    bias = (mean - truth) ** 2 - variance / len(images) - reference.variance[finite]
+    scale = relative_scale(truth)
+    return Parts(
+        noise_mse=float(variance.mean()),
+        noise_relmse=float((variance.mean(axis=1) / scale).mean()),
+        bias_mse=float(bias.mean()),
+        bias_relmse=float((bias.mean(axis=1) / scale).mean()),
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class Interval:
+    """A value and half the width of its interval; the width is infinite where nothing is known of the noise."""
+
+    value: float
+    half: float
+
+    @property
+    def holds_zero(self) -> bool:
+        return abs(self.value) <= self.half
+
+
+def total_difference(a: Sequence[Image], b: Sequence[Image], confidence: float = 0.95) -> Interval:
+    """Difference of the image means of A and B over B's, from independent renders of each; 0.01 = 1 %.
+
+    Welch's interval: it takes the renders' means as independent and normal, and nothing of their pixels. ValueError
+    without a render of each.
+    """
+    if not a or not b:
+        raise ValueError('a difference needs a picture of each')
+    means_a, means_b = (
+        np.array([np.mean(np.nan_to_num(part), dtype=np.float64) for part in parts]) for parts in (a, b)
+    )
+    scale = abs(float(means_b.mean())) or 1.0
+    value = float(means_a.mean() - means_b.mean()) / scale
+    if len(means_a) < 2 or len(means_b) < 2:
+        return Interval(value, math.inf)
+    parts = [(means.var(ddof=1) / len(means), len(means) - 1) for means in (means_a, means_b)]
+    variance = sum(part for part, _ in parts)
+    if variance == 0.0:
+        return Interval(value, 0.0)
+    freedom = variance**2 / sum(part**2 / n for part, n in parts)
+    return Interval(value, student_t(confidence, freedom) * math.sqrt(variance) / scale)
+
+
+def student_t(confidence: float, freedom: float) -> float:
+    """The t beyond which on either side Student's distribution holds 1 − confidence.
+
+    With t = √ν tan θ its density becomes cos^(ν−1) θ, which is integrated by the trapezoidal rule.
+    """
+    theta = np.linspace(0.0, math.pi / 2, 100_001)
+    density = np.cos(theta) ** (freedom - 1.0)
+    inner = np.concatenate(([0.0], np.cumsum((density[1:] + density[:-1]) / 2)))
+    return math.sqrt(freedom) * math.tan(float(np.interp(confidence, inner / inner[-1], theta)))
+
+
+# ---- FLIP.
+
+
+def has_flip() -> bool:
+    """Whether the package flip-evaluator is installed; Blender's own Python has none."""
+    return importlib.util.find_spec('flip_evaluator') is not None
+
+
+def flip(image: Image, reference: Image) -> tuple[float, NDArray[np.float32]]:
+    """Mean and map (h, w) of HDR-FLIP, from 0 to 1, at its authors' viewing distance; bad pixels count as black.
+
+    The exposures are chosen by the lit pixels of the reference alone, so that figures against one reference can be
+    compared; a black one is shown as it is (LDR). The noise of the reference is not subtracted. ImportError without the
+    package (`has_flip`).
+    """
+    import flip_evaluator
+
+    check_pair(image, reference)
+    truth, test = (
+        np.ascontiguousarray(np.nan_to_num(picture, posinf=0.0, neginf=0.0).clip(min=0.0), np.float32)
+        for picture in (reference, image)
+    )
+    lit = truth[truth.any(axis=2)]
+    dynamic, exposures = 'HDR' if len(lit) else 'LDR', {}
+    if 0 < len(lit) <= truth.shape[0] * truth.shape[1] // 2:  # the median, which sets the last exposure, would be black
+        row = np.ascontiguousarray(lit[None])
+        chosen = flip_evaluator.evaluate(row, row, 'HDR', applyMagma=False, computeMeanError=False)[2]
+        exposures = {name: chosen[name] for name in ('startExposure', 'stopExposure', 'numExposures')}
+    shown, mean, _ = flip_evaluator.evaluate(truth, test, dynamic, applyMagma=False, parameters=exposures)
+    return float(mean), np.asarray(shown, np.float32).reshape(truth.shape[:2])
+
+
+# ---- Error against samples or time.
 
 
 @dataclass(frozen=True, slots=True)
@@ -115,7 +278,7 @@ class PowerLaw:
         return float((self.factor / error) ** (1 / self.slope))
 
 
-def fit_power_law(samples: list[int], errors: list[float]) -> PowerLaw:
+def fit_power_law(samples: Sequence[float], errors: Sequence[float]) -> PowerLaw:
     """Least squares in logarithms; the slope of plain Monte Carlo is 1, that of low-discrepancy samples may be greater.
 
     Raises ValueError where fewer than two sample counts with a positive error are there or the error hardly falls.
@@ -129,6 +292,9 @@ def fit_power_law(samples: list[int], errors: list[float]) -> PowerLaw:
         told = ', '.join(f'{e:.2e} with {n}' for n, e in points)
         raise ValueError(f'the error does not fall with the samples: {told}')
     return PowerLaw(factor=float(np.exp(intercept)), slope=float(-slope))
+
+
+# ---- The same image.
 
 
 def tile_means(image: Image, tile: int = TILE) -> NDArray[np.float64]:
