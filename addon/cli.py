@@ -18,6 +18,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from . import choices, explain, outputs, stats, watch
+from .lab import chart
 from .terminal import (
     INTERRUPTED,
     WRONG_ARGUMENTS,
@@ -43,6 +44,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         with watcher.stopped_by_signals(), watch.attached(watcher):
             if options.command == 'explain':
                 explain.run(options, open_scene, CommandError)
+            elif options.command == 'chart':
+                chart.run(options, watcher)
             else:
                 render(options, watcher)
     except CommandError as error:
@@ -102,6 +105,7 @@ def parser() -> argparse.ArgumentParser:
     line.add_argument('--size', type=size, metavar='WxH', help='in pixels')
     line.add_argument('--stats', type=Path, metavar='FILE.json', help='write times, rays, memory and warnings there')
     explain.add_command(commands)
+    chart.add_command(commands)
     return top
 
 

@@ -17,6 +17,7 @@ from __future__ import annotations
 
 import importlib.util
 import math
+import os
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -243,6 +244,8 @@ def flip(image: Image, reference: Image) -> tuple[float, NDArray[np.float32]]:
     compared; a black one is shown as it is (LDR). The noise of the reference is not subtracted. ImportError without the
     package (`has_flip`).
     """
+    # Its threads would spin while they wait, on a machine that renders.
+    os.environ.setdefault('OMP_WAIT_POLICY', 'passive')
     import flip_evaluator
 
     check_pair(image, reference)

@@ -62,6 +62,22 @@ class TerminalWatcher(Watcher):
             self._print(self._words(state))
             self._next_sparse = now + SPARSE_SECONDS
 
+    def status(self, text: str, fraction: float | None = None, elapsed: float = 0.0, left: float = 0.0) -> None:
+        """What work other than one render is at; fraction: of all of it, with seconds so far and seconds left."""
+        if fraction is None:
+            words = text
+        else:
+            words = f'{text} | {100.0 * fraction:.0f} % | {clock(elapsed)} | {clock(left)} left'
+        if self._updates:
+            cells = round((fraction or 0.0) * BAR_CELLS)
+            bar = self._blocks[0] * cells + self._blocks[1] * (BAR_CELLS - cells)
+            self._show(f'{bar} {words}' if fraction is not None else words)
+            return
+        now = time.perf_counter()
+        if fraction is None or now >= self._next_sparse:
+            self._print(words)
+            self._next_sparse = now + SPARSE_SECONDS
+
     def message(self, level: str, text: str) -> None:
         """Print a message, once however many view layers and frames repeat it."""
         if (level, text) not in self._told:
