@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from . import choices, explain, outputs, stats, watch
-from .lab import chart
+from .lab import chart, compare
 from .terminal import (
     INTERRUPTED,
     WRONG_ARGUMENTS,
@@ -46,6 +46,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
                 explain.run(options, open_scene, CommandError)
             elif options.command == 'chart':
                 chart.run(options, watcher)
+            elif options.command == 'compare':
+                compare.run(options, watcher)
             else:
                 render(options, watcher)
     except CommandError as error:
@@ -106,6 +108,7 @@ def parser() -> argparse.ArgumentParser:
     line.add_argument('--stats', type=Path, metavar='FILE.json', help='write times, rays, memory and warnings there')
     explain.add_command(commands)
     chart.add_command(commands)
+    compare.add_command(commands)
     return top
 
 

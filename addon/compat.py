@@ -7,6 +7,7 @@ What is the same in both stands elsewhere.
 from __future__ import annotations
 
 import bpy
+import numpy as np
 
 # Blender 5.0 renamed the passes: the name in 5.x, and what 4.5 calls the same pass.
 PASS_NAMES_4 = {
@@ -72,3 +73,27 @@ def inlined(owner: bpy.types.ID) -> object | None:
     tree = node_tree(owner)
     output = None if tree is None else tree.get_output_node('CYCLES')
     return None if output is not None and output.target == 'CYCLES' else inline()
+
+
+def can_draw_text() -> bool:
+    """Whether `text_coverage` works: 4.5 gives no way to the pixels of such a buffer."""
+    import blf  # Blender's modules are there once bpy is
+    import imbuf
+
+    return hasattr(blf, 'bind_imbuf') and hasattr(imbuf.types.ImBuf, 'with_buffer')
+
+
+def text_coverage(text: str, size: int) -> np.ndarray:
+    """A text in Blender's font, as coverage from 0 to 1, (h, w), the first row on top. size: of the font, in pixels."""
+    import blf
+    import imbuf
+
+    blf.size(0, size)
+    width, height = round(blf.dimensions(0, text)[0]) + 2, round(1.35 * size)
+    buffer = imbuf.new((width, height))
+    with blf.bind_imbuf(0, buffer):
+        blf.position(0, 1, round(0.3 * size), 0)
+        blf.color(0, 1.0, 1.0, 1.0, 1.0)
+        blf.draw_buffer(0, text)
+    with buffer.with_buffer() as pixels:
+        return np.array(pixels)[::-1, :, 3].astype(np.float32) / 255.0

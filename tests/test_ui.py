@@ -53,11 +53,15 @@ class Layout:
         self.shown += [text] if text else []
         return SimpleNamespace()
 
+    def progress(self, text: str = '', **_options: Any) -> None:
+        self.shown.append(text)
+
 
 def window(**context: Any) -> SimpleNamespace:
     """What a panel knows of the window that it stands in."""
     own = {'engine': 'COTORRA', 'scene': bpy.context.scene, 'view_layer': bpy.context.view_layer}
-    return SimpleNamespace(**own, preferences=bpy.context.preferences, region=SimpleNamespace(width=280), **context)
+    own |= {'window_manager': bpy.context.window_manager, 'preferences': bpy.context.preferences}
+    return SimpleNamespace(**{**own, **context}, region=SimpleNamespace(width=280))
 
 
 def drawn(name: str, **context: Any) -> list[str]:

@@ -11,6 +11,7 @@ import csv
 import hashlib
 import importlib.util
 import io
+import json
 import math
 import time
 from collections.abc import Sequence
@@ -21,7 +22,7 @@ import numpy as np
 
 from .. import choices, metrics, outputs
 from ..terminal import FAILED, INTERRUPTED, WRONG_ARGUMENTS, CommandError, TerminalWatcher
-from . import pictures, plan, results, worker
+from . import page, pictures, plan, results, worker
 from .driver import Driver
 from .plan import Plan, Series
 from .results import Results
@@ -41,14 +42,7 @@ def run(options: argparse.Namespace, watcher: TerminalWatcher) -> None:
     known = store.open(options.fresh)
     driver = Driver(store, watcher, options.budget, began)
     chart = driver.run(
-        {
-            'file': str(options.file.resolve()) if options.file else None,
-            'demo': options.demo,
-            'size': options.size,
-            'frame': options.frame,
-            'threads': options.threads,
-            'eevee': any(series.engine == 'EEVEE' for series in series_of(options)),
-        },
+        task_of(options) | {'eevee': any(series.engine == 'EEVEE' for series in series_of(options))},
         with_wishes(known, options) if known else None,
         lambda: plan_of(options),
         lambda chart: seconds_of_drawing(options, chart),
@@ -71,20 +65,35 @@ def run(options: argparse.Namespace, watcher: TerminalWatcher) -> None:
     )
 
 
+def task_of(options: argparse.Namespace) -> dict[str, Any]:
+    """What the worker opens."""
+    return {
+        'file': str(options.file.resolve()) if options.file else None,
+        'demo': options.demo,
+        'size': options.size,
+        'frame': options.frame,
+        'threads': options.threads,
+        'eevee': False,
+    }
+
+
+def source_of(options: argparse.Namespace) -> str:
+    """The demo, or the file's name and digest; CommandError where it is none that can be opened."""
+    from ..cli import is_blend
+
+    if options.file is None:
+        return options.demo
+    outputs.require_readable(options.file)
+    if not is_blend(options.file) and options.file.suffix.lower() not in choices.IMPORTERS:
+        raise CommandError(f'{options.file}: is none of .blend, {", ".join(choices.IMPORTERS)}', WRONG_ARGUMENTS)
+    return f'{options.file.name} {hashlib.sha256(options.file.read_bytes()).hexdigest()[:12]}'
+
+
 def identity_of(options: argparse.Namespace) -> dict[str, Any]:
     """What must be the same for a chart to be gone on with."""
     from importlib import metadata
 
-    if options.file is not None:
-        outputs.require_readable(options.file)
-        from ..cli import is_blend
-
-        if not is_blend(options.file) and options.file.suffix.lower() not in choices.IMPORTERS:
-            known = ', '.join(choices.IMPORTERS)
-            raise CommandError(f'{options.file}: is none of .blend, {known}', WRONG_ARGUMENTS)
-        source = f'{options.file.name} {hashlib.sha256(options.file.read_bytes()).hexdigest()[:12]}'
-    else:
-        source = options.demo
+    source = source_of(options)
     state = hashlib.sha256()
     folder = Path(__file__).resolve().parent.parent
     for path in sorted(folder.rglob('*.py')):
@@ -162,16 +171,15 @@ def name_of(options: argparse.Namespace) -> str:
 
 
 def write(folder: Path, found: Results, store: Store, chart: Plan, name: str, watcher: TerminalWatcher) -> None:
-    """chart.png and sheet.jpg where matplotlib is there, table.csv, table.md, thumbnails and index.html."""
+    """chart.png and sheet.jpg where matplotlib is there, table.csv, table.md, plot.json, thumbnails and index.html."""
     title = f'{name}: speed against accuracy'
     width, height = store.info['size']
     subtitle = f'{width}×{height}, Blender {store.info["blender"]}, {chart.seeds} seeds a point'
     if found.between is not None:
         subtitle += f'; {found.between.a} − {found.between.b}, converged: {results.told(found.between.total)}'
     notes = notes_of(found, chart)
-    from . import page
-
     page.write(folder / 'index.html', found, title, subtitle, notes)
+    replace_text(folder / 'plot.json', json.dumps(page.plot_data(found)))
     rows = table_rows(found)
     replace_text(folder / 'table.csv', as_csv(rows))
     replace_text(
@@ -294,12 +302,19 @@ def add_command(commands: Any) -> None:
     for name, text in (('--adaptive', 'stop early where the noise is low'), ('--denoised', 'by OpenImageDenoise')):
         line.add_argument(name, choices=YES_NO, help=text)
     line.add_argument('--clock', choices=results.CLOCKS, default='wall', help='seconds of the wall (default) or cpu')
+    add_frame_options(line)
+    line.add_argument('--fresh', action='store_true', help='throw away what the folder holds of a chart')
+
+
+def add_frame_options(line: argparse.ArgumentParser) -> None:
+    """Of what is rendered, at which size, by how many."""
+    from .. import cli
+
     line.add_argument(
         '--size', type=cli.size, metavar='WxH', help="in pixels (as many as 320x180, in the file's shape)"
     )
     line.add_argument('--frame', type=frame, metavar='N', help="default: the file's")
     line.add_argument('--threads', type=cli.whole(0, choices.THREADS_MAX), metavar='N', help='0 for all cores')
-    line.add_argument('--fresh', action='store_true', help='throw away what the folder holds of a chart')
 
 
 def several(line: argparse.ArgumentParser, option: str, names: Sequence[str], text: str = '') -> None:

@@ -10,31 +10,31 @@ import base64
 import html
 import json
 import math
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
 from . import pictures
 from .plan import Series
 from .results import CLOCKS, Line, Point, Results, engine_name, told, white_of
+from .store import replace_text
 from .style import MARKERS, color_of, kind
 
 FRAME = Path(__file__).with_name('page.html')
 
 
 def write(path: Path, results: Results, title: str, subtitle: str, notes: list[str]) -> None:
-    from .store import replace_text
-
     white = white_of(next(iter(results.references.values())).image)
-    data = {
-        'clock': CLOCKS[results.clock],
-        'measures': [{'key': measure.key, 'name': measure.name} for measure in results.measures],
-        'lines': [line_data(line, results, white) for line in results.lines],
-        'references': [
-            {'name': engine_name(series), 'picture': encoded(pictures.displayed(truth.image, white))}
-            for series, truth in results.references.items()
-        ],
-        'heat': [f'rgb{color}' for _, color in pictures.HEAT],
-    }
+    data = plot_data(results)
+    for line, shown in zip(results.lines, data['lines'], strict=True):
+        for point, entry in zip(line.points, shown['points'], strict=True):
+            entry['picture'] = encoded(pictures.displayed(point.image, white))
+            entry['error'] = encoded(pictures.heat(point.error))
+    data['references'] = [
+        {'name': engine_name(series), 'picture': encoded(pictures.displayed(truth.image, white))}
+        for series, truth in results.references.items()
+    ]
+    data['heat'] = [f'rgb{color}' for _, color in pictures.HEAT]
     text = FRAME.read_text(encoding='utf-8')
     # "</" would end the script that holds the data.
     parts = {
@@ -48,9 +48,19 @@ def write(path: Path, results: Results, title: str, subtitle: str, notes: list[s
     replace_text(path, text)
 
 
-def line_data(line: Line, results: Results, white: float) -> dict[str, Any]:
+def plot_data(results: Results) -> dict[str, Any]:
+    """All that a plot shows, as JSON knows it; pictures left out."""
+    return {
+        'clock': CLOCKS[results.clock],
+        'measures': [{'key': measure.key, 'name': measure.name} for measure in results.measures],
+        'lines': [line_data(line, results) for line in results.lines],
+    }
+
+
+def line_data(line: Line, results: Results) -> dict[str, Any]:
     return {
         'name': line.series.name,
+        'series': asdict(line.series),
         'color': color_of(line.series),
         'marker': MARKERS[kind(line.series)],
         'hollow': line.series.denoised,
@@ -58,7 +68,7 @@ def line_data(line: Line, results: Results, white: float) -> dict[str, Any]:
         'bias': told(line.bias) if line.bias is not None else '',
         'truth': truth_of(line.series, results),
         'curves': {key: samples_of(curve) for key, curve in line.curves.items()},
-        'points': [point_data(point, results, white) for point in line.points],
+        'points': [point_data(point, results) for point in line.points],
     }
 
 
@@ -75,7 +85,7 @@ def samples_of(curve: Any, count: int = 40) -> list[list[float]]:
     return [[time, curve.error(time)] for time in times]
 
 
-def point_data(point: Point, results: Results, white: float) -> dict[str, Any]:
+def point_data(point: Point, results: Results) -> dict[str, Any]:
     return {
         'samples': point.samples,
         'seeds': point.seeds,
@@ -88,8 +98,6 @@ def point_data(point: Point, results: Results, white: float) -> dict[str, Any]:
         'bias': number(point.parts.bias_relmse) if point.parts else None,
         'bad': point.bad,
         'front': sorted(point.front),
-        'picture': encoded(pictures.displayed(point.image, white)),
-        'error': encoded(pictures.heat(point.error)),
     }
 
 

@@ -29,6 +29,7 @@ SIGN = (
 )
 # The heat map's ends, of the relative error: 1 % and 100 %, in logarithms.
 HEAT_LOW, HEAT_HIGH = 0.01, 1.0
+GAP = 4  # pixels between pictures that stand beside each other
 BAD = (255, 0, 255)  # a pixel that is not finite
 
 
@@ -71,7 +72,7 @@ def round_limit(difference: NDArray[np.floating]) -> float:
     return next((s for s in (0.001, 0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5) if s >= widest), 1.0)
 
 
-def side_by_side(parts: Sequence[Bytes], gap: int = 4) -> Bytes:
+def side_by_side(parts: Sequence[Bytes], gap: int = GAP) -> Bytes:
     """Parts of one height beside each other, with white between."""
     height = parts[0].shape[0]
     between = np.full((height, gap, 3), 255, np.uint8)

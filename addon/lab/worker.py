@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .. import choices, stats, watch
+from .. import stats, watch
 from ..terminal import FAILED, CommandError
 from . import plan
 
@@ -27,7 +27,6 @@ if TYPE_CHECKING:
     from ..metrics import Image
 
 AREA = 320 * 180  # pixels, where no size is asked for; the file's own shape stays
-EEVEE_NAMES = ('BLENDER_EEVEE', 'BLENDER_EEVEE_NEXT')
 
 
 class Clock:
@@ -103,54 +102,32 @@ def open_task(task: dict[str, Any]) -> bpy.types.Scene:
     compat.set_image_format(render.image_settings, 'OPEN_EXR_MULTILAYER')
     render.image_settings.color_depth, render.image_settings.exr_codec = '32', 'NONE'
     scene.cotorra.use_device_fallback = False
+    share_settings(scene)
     return scene
+
+
+def share_settings(scene: bpy.types.Scene) -> None:
+    """Cycles is given what holds for us, where it has a setting of the same meaning: both solve one problem."""
+    from .. import cycles_settings
+
+    for name, path in cycles_settings.INHERITED.items():
+        owner, _, last = path.rpartition('.')
+        theirs = getattr(scene, owner, None) if owner == 'cycles' else None
+        if theirs is not None:
+            setattr(theirs, last, cycles_settings.inherited(scene, name))
 
 
 def set_up(scene: bpy.types.Scene, series: plan.Series, samples: int, seed: int) -> None:
     """Everything that one job may have changed for the next."""
     from .. import cycles_settings
+    from .apply import apply
 
-    threshold = max(0.0001, plan.ADAPTIVE_NOISE / samples**0.5)
-    count = samples * plan.ADAPTIVE_REACH if series.adaptive else samples
-    own = {
-        'samples': count,
-        'seed': seed,
-        'use_adaptive_sampling': series.adaptive,
-        'noise_threshold': threshold,
-        'use_denoising': series.denoised,
-        'time_limit': 0.0,
-    }
-    for layer in scene.view_layers:
-        layer.samples = 0
-        if series.denoised and hasattr(layer, 'cycles'):
-            layer.cycles.use_denoising = True
-    render = scene.render
+    apply(scene, series, samples)
     if series.engine == 'COTORRA':
-        render.engine = choices.ENGINE
-        for name, value in own.items():
+        for name, value in (('seed', seed), ('time_limit', 0.0)):
             cycles_settings.override(scene, name, value)
-        scene.cotorra.integrator = series.integrator
-        scene.cotorra.device = series.device
-        scene.cotorra.use_model_override = bool(series.model)
-        if series.model:
-            scene.cotorra.model_override.model = series.model
     elif series.engine == 'CYCLES':
-        if not hasattr(scene, 'cycles'):
-            raise CommandError('Cycles is not there: its add-on is disabled')
-        render.engine = 'CYCLES'
-        scene.cycles.device = 'CPU'
-        for name, value in own.items():
-            setattr(scene.cycles, cycles_settings.INHERITED[name].removeprefix('cycles.'), value)
-    else:
-        for name in EEVEE_NAMES:
-            try:
-                render.engine = name
-                break
-            except TypeError:
-                continue
-        else:
-            raise CommandError('EEVEE is not there')
-        scene.eevee.taa_render_samples = samples
+        scene.cycles.seed, scene.cycles.time_limit = seed, 0.0
 
 
 def require_eevee(bpy_app: Any) -> None:

@@ -11,6 +11,7 @@ import bpy
 from . import (
     data_panels,
     integrator_panels,
+    lab_panel,
     layer_panels,
     model_panels,
     program_panel,
@@ -26,6 +27,7 @@ CLASSES = (
     *integrator_panels.CLASSES,
     *model_panels.RENDER_CLASSES,
     *render_panels.LAST_CLASSES,
+    *lab_panel.CLASSES,
     *layer_panels.CLASSES,
     *data_panels.CLASSES,
     *model_panels.CLASSES,
@@ -41,9 +43,11 @@ def register() -> None:
     model_panels.register_presets()
     render_panels.register_draws()
     viewport_panels.register_draws()
+    lab_panel.register()
 
 
 def unregister() -> None:
+    lab_panel.unregister()
     viewport_panels.unregister_draws()
     render_panels.unregister_draws()
     model_panels.unregister_presets()
