@@ -16,8 +16,9 @@ import pytest
 from cotorra.export import buffers
 
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent / 'scripts'))
+from cotorra.metrics import Reference, same_image
+
 from benchmark import everything, runner, shares, sheet
-from metrics import Reference, same_image
 from test_bench import halves, renders
 
 

@@ -11,8 +11,9 @@ from dataclasses import asdict, dataclass
 from statistics import geometric_mean
 from typing import Any
 
+from cotorra.metrics import SameImage, same_image
+
 from benchmark import judge, report, runner, scenes
-from metrics import SameImage, same_image
 
 # Most samples of the renders that are compared, and how many times that each half of a reference has.
 SAMPLES = (128, 64, 32, 16, 8)

@@ -7,9 +7,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from cotorra.metrics import TILE, Image, SameImage
 
 from compare import displayed
-from metrics import TILE, Image, SameImage
 
 WIDTH = 320  # of each picture, pixels
 TITLE = 18
