@@ -43,10 +43,15 @@ class Build:
         buffers, threads, embree, previous = self._arguments
         stop = self._cancelled.is_set
         try:
-            scene = self._module.Scene(buffers, should_cancel=stop, bvh=False, editable=True, previous=previous)
-            if embree is not None:
-                scene.build_bvh(threads, embree, should_cancel=stop, previous=previous)
-            self.scene = scene
+            self.scene = self._module.Scene(
+                buffers,
+                threads,
+                embree or '',
+                should_cancel=stop,
+                bvh=embree is not None,
+                editable=True,
+                previous=previous,
+            )
         except self._module.Cancelled:
             pass
         except BaseException as error:
