@@ -31,6 +31,7 @@ struct DeviceChoice {
   std::string ray_tracing = "AUTO";  // AUTO, SOFTWARE, HARDWARE: what a graphics card traces rays by
   std::string cache;         // folder for compiled kernels, empty: none is kept
   int threads = 0;           // of the host, for what it builds; 0: all
+  bool operator==(const DeviceChoice &) const = default;
 };
 
 struct DeviceFigures {
@@ -57,6 +58,8 @@ class Device {
   // Tiles that one call of `render` should be given.
   virtual std::size_t tiles_at_once() const = 0;
   virtual std::unique_ptr<Workspace> make_workspace(const RenderJob &) = 0;
+  // The job that a workspace was made for is seen from elsewhere now: another camera, seed, or number of samples.
+  virtual void look_again(Workspace &) {}
   // What a thread's work takes of this machine's memory, at least; for messages.
   virtual std::uint64_t workspace_bytes() const = 0;
   // Takes samples [first, first + count) of each pixel in each tile's to_sample(). Returns false if cancelled; a tile

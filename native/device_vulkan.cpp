@@ -71,6 +71,8 @@ class VulkanDevice final : public Device {
     return vulkan::make_wavefront(*scene_, job, choice_, instance_, physical_, ray_query_, shared_);
   }
 
+  void look_again(Workspace &workspace) override { static_cast<vulkan::Wavefront &>(workspace).look_again(); }
+
   bool render(const RenderJob &, std::span<FilmTile> tiles, std::uint32_t first, std::uint32_t count,
               Workspace &workspace, RayCounts &counts) override {
     return static_cast<vulkan::Wavefront &>(workspace).render(tiles, first, count, counts);

@@ -461,12 +461,23 @@ NB_MODULE(cotorra_native, m) {
   nb::class_<Session>(m, "Session", "A render in progress.")
       .def(
           "__init__",
-          [](Session *self, const SceneHandle &scene, nb::handle camera, nb::handle settings) {
-            new (self) Session(scene.scene, read_camera(camera), read_settings(settings));
+          [](Session *self, const SceneHandle &scene, nb::handle camera, nb::handle settings, bool restarts) {
+            new (self) Session(scene.scene, read_camera(camera), read_settings(settings), restarts);
           },
-          "scene"_a, "camera"_a, "settings"_a,
+          "scene"_a, "camera"_a, "settings"_a, "restarts"_a = false,
           "Prepares a render of `scene` through a Camera with RenderSettings. Raises ValueError naming the setting,\n"
-          "DeviceError where its device cannot render this.")
+          "DeviceError where its device cannot render this. `restarts`: keep for `restart` what it can use again.")
+      .def(
+          "restart",
+          [](Session &self, nb::handle camera, nb::handle settings) {
+            const CameraInput seen = read_camera(camera);
+            const SettingsInput how = read_settings(settings);
+            const nb::gil_scoped_release no_gil;
+            self.restart(seen, how);
+          },
+          "camera"_a, "settings"_a,
+          "Stops, and is as a new session of the scene. What is on a graphics card stays where the settings differ in\n"
+          "nothing but samples, noise and seed. Raises as the constructor; the session is of no use, then.")
       .def("start", &Session::start, "Starts the threads and returns.")
       .def("wait", &Session::wait, "seconds"_a, nb::call_guard<nb::gil_scoped_release>(),
            "Waits; True when all threads have stopped. Raises what a thread raised.")

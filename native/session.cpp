@@ -143,18 +143,47 @@ std::unique_ptr<Device> make_device(const std::shared_ptr<const Scene> &scene, c
 
 }  // namespace
 
-Session::Session(std::shared_ptr<const Scene> scene, const CameraInput &camera, const SettingsInput &settings)
+Session::Session(std::shared_ptr<const Scene> scene, const CameraInput &camera, const SettingsInput &settings,
+                 bool restarts)
     : scene_(std::move(scene)),
       settings_(settings),
       passes_(select_passes(settings, scene_->light_group_count())),
       filter_table_(blackman_harris_inverse_cdf()),
-      scene_data_(scene_->data()),
       film_(checked(camera).region[2], camera.region[3], tile_size(camera), passes_),
-      tile_passes_(film_.tile_count()) {
-  require(settings.samples >= 1 && settings.samples <= kMaxSamples, "settings.samples",
-          std::to_string(settings.samples), "1 to 16777216");
-  const auto samples = static_cast<std::uint32_t>(settings.samples);
+      restarts_(restarts) {
+  describe(camera);
+  device_ = make_device(scene_, job_, settings_);
+}
 
+void Session::restart(const CameraInput &camera, const SettingsInput &settings) {
+  stop();
+  SettingsInput same = settings;
+  same.samples = settings_.samples;
+  same.seed = settings_.seed;
+  same.noise_threshold = settings_.noise_threshold;
+  same.adaptive_min_samples = settings_.adaptive_min_samples;
+  const bool keep = restarts_ && same == settings_;
+  settings_ = settings;
+  passes_ = select_passes(settings_, scene_->light_group_count());
+  film_ = Film(checked(camera).region[2], camera.region[3], tile_size(camera), passes_);
+  describe(camera);
+  if (!keep) {
+    workspaces_.clear();
+    device_ = make_device(scene_, job_, settings_);
+  }
+  for (const auto &workspace : workspaces_) {
+    if (workspace != nullptr) device_->look_again(*workspace);
+  }
+}
+
+// The job, from the settings and the scene, which both stand; nothing of it is rendered yet.
+void Session::describe(const CameraInput &camera) {
+  require(settings_.samples >= 1 && settings_.samples <= kMaxSamples, "settings.samples",
+          std::to_string(settings_.samples), "1 to 16777216");
+  const auto samples = static_cast<std::uint32_t>(settings_.samples);
+
+  job_ = {};
+  scene_data_ = scene_->data();
   scene_data_.filter_table = {filter_table_.data()};
   job_.scene = &scene_data_;
   job_.camera = camera_data(camera);
@@ -162,7 +191,7 @@ Session::Session(std::shared_ptr<const Scene> scene, const CameraInput &camera, 
   job_.region_x = camera.region[0];
   job_.region_y = camera.region[1];
   job_.passes = passes_;
-  apply_integrator(settings, camera, *scene_, job_, scene_data_);
+  apply_integrator(settings_, camera, *scene_, job_, scene_data_);
   if (passes_.any_data()) job_.features |= FEATURE_DATA_PASSES;
   if (passes_.occlusion) job_.features |= FEATURE_OCCLUSION;
   if (passes_.light_groups > 0) job_.features |= FEATURE_LIGHT_GROUPS;
@@ -170,24 +199,37 @@ Session::Session(std::shared_ptr<const Scene> scene, const CameraInput &camera, 
   // What a surface is, passes show even where the integrator does not ask.
   if (passes_.terms || passes_.surface) job_.features |= scene_->features() & (FEATURE_SPECULAR | FEATURE_MODELS);
   if (passes_.emission) job_.features |= scene_->features() & FEATURE_EMISSIVE_MESHES;
-  job_.seed = settings.seed;
-  scene_data_.seed = settings.seed;
+  job_.seed = settings_.seed;
+  scene_data_.seed = settings_.seed;
   job_.program_registers = scene_->programs().registers;
   job_.sample_bits = std::min(static_cast<std::uint32_t>(std::bit_width(samples - 1u)), SAMPLE_BITS_MAX);
   job_.lights_at_once = kLightsAtOnce;
-  job_.transparent = settings.transparent;
+  job_.transparent = settings_.transparent;
   job_.camera_meets_lights = scene_->camera_meets_lights() && (job_.features & FEATURE_VISIBLE_LIGHTS) != 0;
   job_.last_rays_find_light = (job_.features & (FEATURE_WORLD | FEATURE_EMISSIVE_MESHES)) != 0;
-  job_.measure_tracing = settings.measure_tracing;
+  job_.measure_tracing = settings_.measure_tracing;
   job_.cancel = &cancel_;
-  if (settings.device.kind == "CPU") use_embree();
-  device_ = make_device(scene_, job_, settings);
+  if (settings_.device.kind == "CPU") use_embree();
 
   // Passes of 1, 1, 2, 4 ... samples: a first picture soon, few interruptions later.
+  pass_ends_.clear();
   for (std::uint32_t done = 0; done < samples;) {
     done += std::min({std::max(done, 1u), kLongestPass, samples - done});
     pass_ends_.push_back(done);
   }
+  tile_passes_ = std::vector<std::atomic<std::uint32_t>>(film_.tile_count());
+  next_work_ = 0;
+  samples_finished_ = 0;
+  cancel_ = false;
+  counts_ = {};
+  error_ = nullptr;
+  begin_ = end_ = {};
+}
+
+void Session::stop() {
+  cancel();
+  for (std::thread &thread : threads_) thread.join();
+  threads_.clear();
 }
 
 void Session::use_embree() {
@@ -205,10 +247,7 @@ void Session::use_embree() {
   scene_data_.tracer = {tracer_.get()};
 }
 
-Session::~Session() {
-  cancel();
-  for (std::thread &thread : threads_) thread.join();
-}
+Session::~Session() { stop(); }
 
 void Session::start() {
   const std::lock_guard lock(mutex_);
@@ -217,9 +256,10 @@ void Session::start() {
   end_ = std::chrono::steady_clock::now();
   if (begin_ == std::chrono::steady_clock::time_point{}) begin_ = end_;
   running_ = n;
+  if (restarts_ && workspaces_.size() < static_cast<std::size_t>(n)) workspaces_.resize(static_cast<std::size_t>(n));
   for (int i = 0; i < n; ++i) {
     try {
-      threads_.emplace_back([this] { work(); });
+      threads_.emplace_back([this, i] { work(static_cast<std::size_t>(i)); });
     } catch (const std::system_error &error) {  // no memory for another stack, or no more threads allowed
       running_ -= n - i;
       if (i == 0) throw std::runtime_error(std::string("no thread could be started to render: ") + error.what());
@@ -228,18 +268,19 @@ void Session::start() {
   }
 }
 
-void Session::work() {
+void Session::work(std::size_t thread) {
 #if defined(__x86_64__) || defined(_M_X64)
   _mm_setcsr(_mm_getcsr() | 0x8040);  // flush denormals to zero: Embree asks for it
 #endif
   RayCounts counts;
   std::exception_ptr error;
   try {
-    with_memory(device_->workspace_bytes(), "the work of a thread, at least", [&] { run_passes(counts); });
+    with_memory(device_->workspace_bytes(), "the work of a thread, at least", [&] { run_passes(thread, counts); });
   } catch (...) {
     error = std::current_exception();
     cancel();
   }
+  if (error && restarts_) workspaces_[thread] = nullptr;
   const std::lock_guard lock(mutex_);
   counts_.add(counts);
   if (error && !error_) error_ = error;
@@ -248,8 +289,10 @@ void Session::work() {
 }
 
 // All work that is left, shared with the other threads.
-void Session::run_passes(RayCounts &counts) {
-  const std::unique_ptr<Workspace> workspace = device_->make_workspace(job_);
+void Session::run_passes(std::size_t thread, RayCounts &counts) {
+  std::unique_ptr<Workspace> own;
+  std::unique_ptr<Workspace> &workspace = restarts_ ? workspaces_[thread] : own;
+  if (workspace == nullptr) workspace = device_->make_workspace(job_);
   const std::uint64_t at_once = device_->tiles_at_once();
   const std::uint64_t groups = (film_.tile_count() + at_once - 1) / at_once;
   const std::uint64_t total = groups * pass_ends_.size();
@@ -321,7 +364,9 @@ void Session::continue_on_cpu() {
   for (std::thread &thread : threads_) thread.join();
   threads_.clear();
   use_embree();
+  workspaces_.clear();
   device_ = make_cpu_device(job_);
+  settings_.device.kind = "CPU";
   next_work_ = 0;
   cancel_ = false;
 }

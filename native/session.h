@@ -60,6 +60,7 @@ struct SettingsInput {  // addon/export/buffers.py, RenderSettings
   std::array<float, 3> outline_color{};
   bool outline_normal = true, outline_depth = true, outline_object = true;
   DeviceChoice device;
+  bool operator==(const SettingsInput &) const = default;
 };
 
 struct SessionStats {
@@ -73,12 +74,17 @@ struct SessionStats {
 class Session {
  public:
   // Throws std::invalid_argument naming the setting that is wrong, DeviceError where the device cannot render this.
-  Session(std::shared_ptr<const Scene> scene, const CameraInput &camera, const SettingsInput &settings);
+  // `restarts`: `restart` will be called, for which threads' memory, and what is on a graphics card, is kept.
+  Session(std::shared_ptr<const Scene> scene, const CameraInput &camera, const SettingsInput &settings,
+          bool restarts = false);
   ~Session();
   Session(const Session &) = delete;
   Session &operator=(const Session &) = delete;
 
   void start();
+  // Stops, forgets the picture, and is as a new session; `start` is to be called. What is on a graphics card stays
+  // where the settings differ in nothing but samples, noise and seed. Throws as the constructor.
+  void restart(const CameraInput &camera, const SettingsInput &settings);
   // True when all threads have stopped. Rethrows what a thread threw.
   bool wait(double seconds);
   // After `wait` threw DeviceError: `start` will let the CPU take the samples that are missing; those that there are
@@ -93,9 +99,11 @@ class Session {
   int height() const { return film_.height(); }
 
  private:
+  void describe(const CameraInput &camera);
+  void stop();
   void use_embree();
-  void work();
-  void run_passes(RayCounts &counts);
+  void work(std::size_t thread);
+  void run_passes(std::size_t thread, RayCounts &counts);
   void run_tiles(std::size_t first_tile, std::size_t tile_count, std::uint32_t first, std::uint32_t count,
                  Workspace &workspace, RayCounts &counts);
   void update_pending(FilmTile &tile, std::uint32_t samples) const;
@@ -108,7 +116,9 @@ class Session {
   std::shared_ptr<const RayTracer> tracer_;  // where a program traces rays on the CPU
   Film film_;
   RenderJob job_{};
+  bool restarts_;
   std::unique_ptr<Device> device_;
+  std::vector<std::unique_ptr<Workspace>> workspaces_;  // by thread, where they are kept
   std::vector<std::uint32_t> pass_ends_;  // samples after each progressive pass
   std::vector<std::atomic<std::uint32_t>> tile_passes_;  // passes that each tile has behind it
 

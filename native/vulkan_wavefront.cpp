@@ -62,6 +62,7 @@ class WavefrontOnCard final : public Wavefront {
     figures_.figures.compile_seconds = seconds;
   }
 
+  void look_again() override;
   bool render(std::span<FilmTile> tiles, std::uint32_t first, std::uint32_t count, RayCounts &counts) override;
 
  private:
@@ -128,8 +129,9 @@ class WavefrontOnCard final : public Wavefront {
   std::optional<Pipelines> pipelines_;
   std::optional<Acceleration> acceleration_;
   std::vector<std::unique_ptr<Buffer>> scene_buffers_, lane_buffers_;
-  std::unique_ptr<Buffer> data_, counters_, counters_host_;
+  std::unique_ptr<Buffer> data_, scene_data_, counters_, counters_host_;
   WaveData wave_{};
+  SceneData data_of_scene_{};  // with the card's addresses
   FilmOnCard film_;
   std::uint32_t lanes_ = 0;  // there are
   std::uint32_t lanes_at_once_ = kFirstLanes;
@@ -144,9 +146,10 @@ void WavefrontOnCard::upload(int threads) {
   const auto begin = Clock::now();
   double build_seconds = 0.0;
   Uploader uploader(device_);
-  SceneData data = *job_.scene;
-  const std::vector<Mesh> meshes = upload_scene(scene_, job_.features, uploader, data);
-  wave_.scene = uploader.put(std::span<const SceneData>(&data, 1), "the scene");
+  data_of_scene_ = *job_.scene;
+  const std::vector<Mesh> meshes = upload_scene(scene_, job_.features, uploader, data_of_scene_);
+  scene_data_ = std::make_unique<Buffer>(device_, sizeof(SceneData), "the scene");
+  wave_.scene = reinterpret_cast<SceneData *>(scene_data_->address());
   if (device_.ray_query()) {
     const AccelerationPlan plan(scene_);
     wave_.acceleration.geometries.v = uploader.put(std::span(plan.geometries), "the acceleration structure");
@@ -223,6 +226,17 @@ void WavefrontOnCard::describe_job() {
   wave_.adaptive = job_.passes.error ? 1u : 0u;
 }
 
+// What SceneData says of the camera and the seed, and the job.
+void WavefrontOnCard::look_again() {
+  const SceneData &now = *job_.scene;
+  data_of_scene_.camera_space = now.camera_space;
+  data_of_scene_.camera_window = now.camera_window;
+  data_of_scene_.camera_orthographic = now.camera_orthographic;
+  data_of_scene_.camera_spread = now.camera_spread;
+  data_of_scene_.seed = now.seed;
+  describe_job();
+}
+
 // ---- Each pass over some tiles
 
 bool WavefrontOnCard::render(std::span<FilmTile> tiles, std::uint32_t first, std::uint32_t count, RayCounts &counts) {
@@ -232,6 +246,7 @@ bool WavefrontOnCard::render(std::span<FilmTile> tiles, std::uint32_t first, std
   device_.run([&](VkCommandBuffer commands) {
     film_.clear(commands);
     device_.vkCmdUpdateBuffer(commands, data_->handle(), 0, sizeof wave_, &wave_);
+    device_.vkCmdUpdateBuffer(commands, scene_data_->handle(), 0, sizeof data_of_scene_, &data_of_scene_);
   });
   for (std::uint32_t done = 0; done < count;) {
     const std::uint32_t samples = std::clamp(lanes_at_once_ / pixels, 1u, count - done);

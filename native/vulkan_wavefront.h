@@ -20,6 +20,8 @@ struct SharedFigures {
 
 class Wavefront : public Workspace {
  public:
+  // The job has another camera, seed or number of samples.
+  virtual void look_again() = 0;
   // As Device::render.
   virtual bool render(std::span<FilmTile> tiles, std::uint32_t first, std::uint32_t count, RayCounts &counts) = 0;
 };

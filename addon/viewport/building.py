@@ -24,6 +24,7 @@ class Build:
         previous: a native scene from before, of which it takes over the meshes that did not change; or None.
         """
         self.scene: Any = None
+        self.for_cpu = embree is not None
         self.error: BaseException | None = None
         self._module = module
         self._arguments = (buffers, threads, embree, previous)

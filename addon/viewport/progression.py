@@ -48,7 +48,9 @@ class Progression:
 
     def __init__(self, module: ModuleType) -> None:
         self._module = module
-        self._session: Any = None
+        self._session: Any = None  # one after the other is restarted: what is on a graphics card stays there
+        self._of: Any = None  # the scene that it is of
+        self._working = False
         self._began = 0.0
         self._divisors: list[int] = []  # of the sessions that are still to come
         self._divisor = 1
@@ -59,7 +61,6 @@ class Progression:
         self._settings = RenderSettings()
         self._native = 'combined'
         self._seconds_per_pixel = 0.0
-        self.first_seconds = 0.0  # from the last restart to the first picture
 
     def restart(self, scene: Any, camera: Camera, settings: RenderSettings, native_pass: str, finest: int) -> None:
         """Begin anew. finest: pixels of the region along a side of each that is rendered in the end."""
@@ -70,25 +71,29 @@ class Progression:
 
     def stop(self) -> None:
         """End the session at work, and wait for its threads while the interpreter is free."""
-        session, self._session, self._divisors = self._session, None, []
-        if session is not None:
-            session.cancel()
-            while not _ended(session):
+        working, self._working, self._divisors = self._working, False, []
+        if working:
+            self._session.cancel()
+            while not _ended(self._session):
                 pass
+
+    def close(self) -> None:
+        self.stop()
+        self._session = self._of = self._scene = None
 
     @property
     def working(self) -> bool:
-        return self._session is not None
+        return self._working
 
     def wait(self, seconds: float) -> None:
         """Wait for the pass with large pixels, where that is the one at work."""
-        if self._session is not None and self._divisors:
+        if self._working and self._divisors:
             self._session.wait(seconds)
 
     def take(self) -> Picture | None:
         """A picture that is newer than the one that was taken last, if there is one. Raises what a thread raised."""
         session = self._session
-        if session is None:
+        if not self._working:
             return None
         ended = session.wait(0.0)
         samples = session.samples_done()
@@ -102,7 +107,7 @@ class Progression:
             self._next_picture = now + max(self._pause, 4.0 * cost)
             self._pause = min(self._pause * PICTURE_GROWTH, PICTURE_SECONDS_MAX)
         if ended:
-            self._session = None
+            self._working = False
             if self._divisors:
                 self._learn()
                 self._open()
@@ -111,7 +116,7 @@ class Progression:
     def has_news(self) -> bool:
         """Whether `take` would return a picture, or go on to the next session."""
         session = self._session
-        if session is None:
+        if not self._working:
             return False
         if session.wait(0.0):
             return True
@@ -119,7 +124,7 @@ class Progression:
 
     def figures(self) -> tuple[int, float]:
         """Samples that each pixel of the session at work has, and how much of it is done, 0 to 1."""
-        if self._session is None:
+        if not self._working:
             return self._shown_samples, 1.0
         return self._session.samples_done(), self._session.progress()
 
@@ -145,12 +150,21 @@ class Progression:
         divisor = self._divisors.pop(0)
         camera = coarser(self._camera, divisor)
         last = not self._divisors
-        settings = self._settings if last else replace(self._settings, samples=1, adaptive=False)
+        settings = self._settings if last else replace(self._settings, samples=1)
         self._divisor, self._shown_samples = divisor, 0
         self._began = time.perf_counter()
         self._next_picture, self._pause = self._began, PICTURE_SECONDS
-        self._session = self._module.Session(self._scene, camera, settings)
+        try:
+            if self._session is None or self._of is not self._scene:
+                self._session, self._of = None, self._scene
+                self._session = self._module.Session(self._scene, camera, settings, restarts=True)
+            else:
+                self._session.restart(camera, settings)
+        except Exception:
+            self._session = None
+            raise
         self._session.start()
+        self._working = True
 
     def _learn(self) -> None:
         width, height = coarser(self._camera, self._divisor).region[2:]

@@ -10,6 +10,7 @@ from __future__ import annotations
 import sys
 import time
 import weakref
+from dataclasses import replace
 from typing import Any
 
 import bpy
@@ -43,6 +44,7 @@ class Viewport:
         self._buffers: SceneBuffers | None = None  # of which the scene is, or will be, built
         self._how: tuple = ()
         self._scene: Any = None  # the native one
+        self._traceable = False  # whether it has what the CPU needs
         self._settings: RenderSettings | None = None
         self._camera: Camera | None = None
         self._shown: tuple = ()
@@ -52,6 +54,7 @@ class Viewport:
         self._paused = False
         self._began = time.perf_counter()
         self._rested = 0.0
+        self._lost: tuple[tuple, str] | None = None  # a graphics card that failed, and what is said of it
         self._told = ''  # the failure whose traceback was printed last
         self.message = ''
         self.closed = False
@@ -69,7 +72,7 @@ class Viewport:
     def draw(self, context: bpy.types.Context, depsgraph: bpy.types.Depsgraph) -> None:
         region = context.region
         size = (max(region.width, 1), max(region.height, 1))
-        self._guarded(self._advance, context, depsgraph, size)
+        self._guarded(self._render, context, depsgraph, size)
         engine = self._engine()
         if engine is None:
             return
@@ -104,7 +107,7 @@ class Viewport:
             build.cancel()
         progression, self._progression = self._progression, None
         if progression is not None:
-            progression.stop()
+            progression.close()
         self._scene = self._store = self._buffers = None
         self._canvas.clear()
 
@@ -121,7 +124,7 @@ class Viewport:
         store = self._store
         store.kept.note(depsgraph.updates)
         buffers = export.export_scene(depsgraph, scene, layer, log, context.space_data, store.kept)
-        found = preview.render_settings(scene, layer, preview.shown_pass(context.space_data), log)
+        found = self._wanted(scene, layer, preview.shown_pass(context.space_data), log)
         errors = log.texts('ERROR')
         if errors:
             raise ViewportError('; '.join(errors))
@@ -146,9 +149,28 @@ class Viewport:
             raise build.error
         if build.scene is not None:
             self._scene = self._store.scene = build.scene
+            self._traceable = build.for_cpu
             self._stale = True
 
     # ---- From a native scene to a picture
+
+    def _wanted(self, scene: bpy.types.Scene, layer: bpy.types.ViewLayer, shown: str, log: Log) -> RenderSettings:
+        """The settings, with the CPU in place of a graphics card that failed, for as long as it is the chosen one."""
+        found = preview.render_settings(scene, layer, shown, log)
+        return replace(found, device='CPU') if self._lost is not None and self._lost[0] == _card(found) else found
+
+    def _render(self, context: bpy.types.Context, depsgraph: bpy.types.Depsgraph, size: tuple[int, int]) -> None:
+        try:
+            self._advance(context, depsgraph, size)
+        except Exception as failure:
+            scene, settings = depsgraph.scene_eval, self._settings
+            if settings is None or settings.device == 'CPU' or not _of_device(failure):
+                raise
+            if not scene.cotorra.use_device_fallback:
+                raise ViewportError(f'{settings.device}: {failure}') from failure
+            self._lost = _card(settings), f'The CPU renders instead of {settings.device}: {failure}'
+            self._rest()
+            self._update(context, depsgraph)
 
     def _advance(self, context: bpy.types.Context, depsgraph: bpy.types.Depsgraph, size: tuple[int, int]) -> None:
         if self._exported is not None and self._exported != _filters(context.space_data):
@@ -165,7 +187,9 @@ class Viewport:
         if camera is None:
             raise ViewportError('; '.join(log.texts('ERROR')))
         shown = preview.shown_pass(space)
-        wanted = preview.render_settings(scene, layer, shown, log)
+        wanted = self._wanted(scene, layer, shown, log)
+        if wanted.device == 'CPU' and not self._traceable:
+            return  # another is being built
         finest = preview.pixel_size(scene, context.preferences)
         self._film = settings.film(scene, camera, log)
         self._paused = preview.paused(depsgraph.scene)
@@ -221,9 +245,11 @@ class Viewport:
         if not progression.working:
             return f'Time: {duration(self._rested)}', 'Rendering Done'
         elapsed = time.perf_counter() - self._began
-        words = [f'Time: {duration(elapsed)}']
+        lost = self._lost is not None and self._settings.device == 'CPU'
+        notes = [self._lost[1]] if lost else []
+        words = [*notes, f'Time: {duration(elapsed)}']
         if total == preview.SAMPLES_MAX:
-            return words[0], f'Sample {samples}'
+            return ' | '.join(words), f'Sample {samples}'
         if 0.0 < fraction < 1.0:
             words.append(f'Remaining: {duration(elapsed * (1.0 - fraction) / fraction)}')
         return ' | '.join(words), f'Sample {samples}/{total}'
@@ -242,14 +268,22 @@ class Viewport:
             self._fail(text)
 
     def _fail(self, message: str) -> None:
+        self._rest()
         self.message = message
+
+    def _rest(self) -> None:
+        """Nothing is at work, and nothing will be before the next edit."""
         build, self._build = self._build, None
         if build is not None:
             build.cancel()
         if self._progression is not None:
-            self._progression.stop()
-        self._scene, self._stale, self._exported = None, False, None
-        self._buffers = None
+            self._progression.close()
+        self._scene, self._stale = None, False
+        self._exported = self._buffers = None
+
+
+def _card(settings: RenderSettings) -> tuple:
+    return settings.device, settings.device_index, settings.ray_tracing
 
 
 def _filters(space: bpy.types.SpaceView3D) -> tuple:
