@@ -107,6 +107,24 @@ def clear_everything() -> None:
     _last.clear()
 
 
+_of_viewports: dict[int, tuple[str, list[str]]] = {}
+
+
+def note_viewport(viewport: int, scene_name: str, warnings: list[str]) -> None:
+    """What a viewport (its `id`) has to say of what it shows now."""
+    _of_viewports[viewport] = scene_name, warnings
+
+
+def forget_viewport(viewport: int) -> None:
+    _of_viewports.pop(viewport, None)
+
+
+def of_viewports(scene_name: str) -> list[str]:
+    """What the viewports of a scene say, each once."""
+    found = [text for name, warnings in _of_viewports.values() if name == scene_name for text in warnings]
+    return list(dict.fromkeys(found))
+
+
 def memory_now() -> int:
     """Resident memory of this process in bytes; 0 where the system does not tell."""
     try:

@@ -11,9 +11,10 @@ import threading
 import bpy
 import numpy as np
 import pytest
-from cotorra import native, settings
+from cotorra import native, settings, stats
 from cotorra.export.buffers import RenderSettings
 from cotorra.log import Log
+from cotorra.ui import warnings_panel
 from cotorra.viewport.viewport import Viewport
 
 from scenes import build
@@ -231,3 +232,15 @@ def test_threads_end_with_the_engine(window: Window) -> None:
     window.viewport = None
     assert session.wait(0.0)
     window.viewport = Viewport(window.engine)
+
+
+def test_what_is_left_out_is_told(window: Window) -> None:
+    scene = bpy.context.scene
+    window.update()
+    before = stats.of_viewports(scene.name)
+    bpy.data.objects['Quad'].is_holdout = True
+    bpy.context.view_layer.update()
+    window.update()
+    said = set(stats.of_viewports(scene.name)) - set(before)
+    assert said == {'Object "Quad": holdout is not supported yet: it is rendered as an ordinary object'}
+    assert said <= set(warnings_panel.problems(scene))

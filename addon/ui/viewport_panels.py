@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import bpy
 
-from .. import cycles_settings
+from .. import cycles_settings, stats
 from ..choices import ENGINE
 from .panel import CotorraPanel, setting, split_layout
 
@@ -58,6 +58,9 @@ def draw_pause(self, context):
     """In the header of the 3D viewport."""
     if context.engine != ENGINE or context.space_data.shading.type != 'RENDERED':
         return
+    found = len(stats.of_viewports(context.scene.name))
+    if found:
+        self.layout.label(text=f'{found} in Render Properties > Warnings', icon='ERROR')
     owner, name = cycles_settings.source(context.scene, 'preview_pause')
     self.layout.prop(owner, name, icon='PLAY' if getattr(owner, name) else 'PAUSE', text='')
 

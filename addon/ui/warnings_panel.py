@@ -22,11 +22,12 @@ _marked: list[str] = []  # what the mark in the image editor told last
 
 
 def problems(scene: bpy.types.Scene) -> list[str]:
-    """What the user should know of the scene's last render, errors first, each once."""
+    """What the user should know of the scene's last render and its viewport, errors first, each once."""
     layers = stats.last(scene.name)
     restart = [native.RESTART] if native.restart_needed() else []
     errors = [entry.error for entry in layers if entry.error]
-    return list(dict.fromkeys([*restart, *errors, *(text for entry in layers for text in entry.warnings)]))
+    warnings = [text for entry in layers for text in entry.warnings]
+    return list(dict.fromkeys([*restart, *errors, *warnings, *stats.of_viewports(scene.name)]))
 
 
 def about(text: str, view_layer: bpy.types.ViewLayer) -> list[bpy.types.Object]:

@@ -15,7 +15,7 @@ from typing import Any
 
 import bpy
 
-from .. import export, native, settings, watch
+from .. import export, native, settings, stats, watch
 from ..export.buffers import Camera, RenderSettings, SceneBuffers
 from ..log import Log, spelled
 from ..reporter import duration
@@ -102,6 +102,7 @@ class Viewport:
         """End all threads, and let go of what is held. May be called again."""
         self.closed = True
         ticking.forget(self)
+        stats.forget_viewport(id(self))
         build, self._build = self._build, None
         if build is not None:
             build.cancel()
@@ -125,6 +126,8 @@ class Viewport:
         store.kept.note(depsgraph.updates)
         buffers = export.export_scene(depsgraph, scene, layer, log, context.space_data, store.kept)
         found = self._wanted(scene, layer, preview.shown_pass(context.space_data), log)
+        settings.warn_left_out(scene, layer, log)
+        stats.note_viewport(id(self), depsgraph.scene.name, log.texts('WARNING'))
         errors = log.texts('ERROR')
         if errors:
             raise ViewportError('; '.join(errors))
