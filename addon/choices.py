@@ -20,6 +20,27 @@ INTEGRATORS = (
     ),
     ('AO', 'Ambient Occlusion', 'How much of the sky each point sees within a distance, without any light'),
     ('TOON', 'Toon', 'Flat tones by the number of lamps that light a point fully, with outlines'),
+    (
+        'AUTO',
+        'Auto',
+        'As Path, without what a small render beforehand shows to be needless: bounces and samples that change the '
+        'picture by less than a tolerance',
+    ),
+)
+# What AUTO may simplify, each with a switch of its own.
+AUTO_ROWS = (
+    ('integrator', 'Integrator', 'Direct instead of Path, where bounces bring next to nothing'),
+    ('bounces', 'Total Bounces', 'Fewer bounces of all kinds together'),
+    ('diffuse', 'Diffuse Bounces', 'Fewer diffuse bounces'),
+    ('glossy', 'Glossy Bounces', 'Fewer glossy bounces'),
+    ('transmission', 'Transmission Bounces', 'Fewer passages through glass'),
+    ('transparent', 'Transparent Surfaces', 'Fewer transparent surfaces that a ray crosses'),
+    (
+        'sampling',
+        'Samples',
+        'Fewer samples where these leave less noise than the tolerance; more where there is noise and fewer where '
+        'there is none, where that leaves no more noise than the samples that are set',
+    ),
 )
 # Whose settings hold where Cycles has one of the same meaning; see addon/cycles_settings.py.
 SETTINGS_FROM = (

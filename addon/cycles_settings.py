@@ -260,7 +260,7 @@ GROUPS = {
                 'its light ends after {value} bounces; Cycles keeps the part of it there that bounces find',
                 (1024,),
                 matters=lambda world, scene: (
-                    scene.cotorra.integrator == 'PATH' and world.max_bounces < inherited(scene, 'max_bounces')
+                    scene.cotorra.integrator in ('PATH', 'AUTO') and world.max_bounces < inherited(scene, 'max_bounces')
                 ),
             ),
             Named('use_shadows', 'its light is shadowed: that cannot be switched off yet', (True,)),

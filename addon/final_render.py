@@ -15,7 +15,7 @@ from typing import Any
 
 import bpy
 
-from . import denoise, export, lamps, native, passes, preview, settings, stats, watch
+from . import auto, denoise, export, lamps, native, passes, preview, settings, stats, watch
 from .export.buffers import Camera, RenderSettings
 from .log import Cancelled, Log, spelled
 from .reporter import Reporter, position_in_frame
@@ -159,7 +159,8 @@ class RenderJob:
         if self.engine.is_preview:
             render_settings = preview.smaller(render_settings)
             self.denoising, self.time_limit = None, preview.SECONDS_MAX
-        self.stats.describe(size, self.scene.cotorra.device, render_settings)
+        # Previews are over before a pilot would be.
+        facts = auto.facts(buffers) if self.scene.cotorra.integrator == 'AUTO' and not self.engine.is_preview else None
         self.stats.sync_seconds = time.perf_counter() - began
         self.memory.sample()
         self.log.checkpoint()
@@ -178,6 +179,11 @@ class RenderJob:
         self.reporter.scene_bytes = self.stats.scene['memory_bytes']
         self.memory.sample()
         self.log.checkpoint()
+
+        # Choose: integrator AUTO leaves out what the picture does not need.
+        if facts is not None:
+            render_settings = self.choose(module, native_scene, camera, render_settings, facts)
+        self.stats.describe(size, self.scene.cotorra.device, render_settings)
 
         # Render: until all samples are there or the user stops it; either way what is there goes into the passes.
         self.reporter.phase('Rendering')
@@ -202,6 +208,22 @@ class RenderJob:
         finally:
             session.cancel()
             self.stats.take(session)
+
+    def choose(
+        self, module: ModuleType, scene: Any, camera: Camera, render_settings: RenderSettings, facts: auto.Facts
+    ) -> RenderSettings:
+        """What AUTO makes of the settings; it says so before the render begins."""
+        self.reporter.phase('Pilot')
+        began = time.perf_counter()
+        pilot = auto.Pilot(module, scene, camera, self.log.checkpoint)
+        own = self.scene.cotorra
+        tolerance = own.auto_tolerance / 100.0
+        chosen = auto.choose(pilot, camera, render_settings, facts, tolerance, settings.auto_rows(own))
+        self.stats.pilot_seconds = time.perf_counter() - began
+        self.stats.auto = chosen.figures()
+        for sentence in chosen.sentences():
+            self.log.info(sentence)
+        return chosen.settings
 
     def build_bvh(self, module: ModuleType, scene: Any, threads: int) -> None:
         """What the CPU needs to trace rays; graphics cards build their own."""

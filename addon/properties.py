@@ -12,6 +12,7 @@ from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, Po
 
 from . import devices
 from .choices import (
+    AUTO_ROWS,
     BOUNCES_MAX,
     DENOISING_INPUTS,
     DENOISING_PREFILTERS,
@@ -53,6 +54,21 @@ def choose_card(settings: bpy.types.PropertyGroup, number: int) -> None:
 
 
 class CotorraSceneSettings(bpy.types.PropertyGroup):
+    # Integrator AUTO
+    auto_tolerance: FloatProperty(
+        name='Tolerance',
+        description='How far what AUTO leaves out may change the converged picture: root mean square over the pixels, '
+        "as a part of the picture's mean",
+        subtype='PERCENTAGE',
+        default=1.0,
+        min=0.01,
+        max=100.0,
+        soft_max=10.0,
+        precision=2,
+        update=tag_scene,
+    )
+    __annotations__ |= {f'use_auto_{key}': switch(name, text, True) for key, name, text in AUTO_ROWS}
+
     settings_from: EnumProperty(
         name='Settings',
         description='Whose settings hold for samples, bounces, clamping, caustics, denoising and the like',

@@ -9,7 +9,7 @@ from __future__ import annotations
 import bpy
 import numpy as np
 
-from . import cycles_settings, native, passes
+from . import choices, cycles_settings, native, passes
 from .denoise import Denoising
 from .export import bounds
 from .export.buffers import Camera, RenderSettings
@@ -19,7 +19,6 @@ from .log import Log
 SAME_NAMES = (
     'device',
     'device_index',
-    'integrator',
     'ray_tracing',
     'use_ambient_occlusion',
     'whitted_depth',
@@ -43,7 +42,7 @@ INHERITED = (
     'transparent_bounces',
 )
 INHERITED_NUMBERS = ('ao_distance', 'clamp_direct', 'clamp_indirect', 'filter_glossy')
-DENOISED = ('PATH', 'DIRECT')  # integrators whose pictures are noisy in the way that denoisers know
+DENOISED = ('PATH', 'DIRECT', 'AUTO')  # integrators whose pictures are noisy in the way that denoisers know
 COLORS = ('ambient_color', 'outline_color')
 
 
@@ -54,6 +53,8 @@ def render_settings(
     samples = _samples(scene, view_layer)
     animated = cycles_settings.inherited(scene, 'use_animated_seed')
     return RenderSettings(
+        # What AUTO leaves out is decided later, where there is a scene to look at.
+        integrator='PATH' if own.integrator == 'AUTO' else own.integrator,
         samples=samples,
         seed=cycles_settings.inherited(scene, 'seed') + (scene.frame_current if animated else 0) & 0xFFFFFFFF,
         adaptive=cycles_settings.inherited(scene, 'use_adaptive_sampling'),
@@ -95,6 +96,11 @@ def denoising(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer) -> Denois
 def time_limit(scene: bpy.types.Scene, log: Log) -> float:
     """Seconds after which rendering stops; 0: none."""
     return _inherited_number(scene, 'time_limit', log)
+
+
+def auto_rows(own: bpy.types.PropertyGroup) -> frozenset[str]:
+    """The rows of AUTO that are on, by their keys in choices.AUTO_ROWS."""
+    return frozenset(key for key, _, _ in choices.AUTO_ROWS if getattr(own, f'use_auto_{key}'))
 
 
 def _noise_threshold(scene: bpy.types.Scene, samples: int, log: Log) -> float:

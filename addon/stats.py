@@ -22,7 +22,8 @@ class LayerStats:
     samples was asked for, samples_done is what every pixel has, progress the part of the work that is done. noise is
     the mean error that adaptive sampling estimates to be left (kernels/film.h), 0 without it.
     memory_peak_bytes is the process's so far, memory_above_bytes what this render added to memory_before_bytes at
-    most. `scene` and `session` are the rest of what the native module counted.
+    most. `scene` and `session` are the rest of what the native module counted. `auto` is what integrator AUTO chose and
+    why (auto/choice.py), empty with all others; its pilot's seconds are no part of render_seconds.
     """
 
     layer: str
@@ -39,6 +40,7 @@ class LayerStats:
     progress: float = 0.0
     sync_seconds: float = 0.0
     build_seconds: float = 0.0
+    pilot_seconds: float = 0.0
     render_seconds: float = 0.0
     denoise_seconds: float = 0.0
     total_seconds: float = 0.0
@@ -47,6 +49,7 @@ class LayerStats:
     left_out: list[str] = field(default_factory=list)
     scene: dict[str, Any] = field(default_factory=dict)
     session: dict[str, Any] = field(default_factory=dict)
+    auto: dict[str, Any] = field(default_factory=dict)
     memory_before_bytes: int = 0
     memory_peak_bytes: int = 0
     memory_above_bytes: int = 0

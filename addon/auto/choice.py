@@ -1,0 +1,298 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""From the settings that were asked for to the cheapest that suffice, by way of a pilot, and what is said of it.
+
+Each simplification is a row: what was asked for, what it became, and why.
+"""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass, replace
+from typing import Any
+
+from ..choices import AUTO_ROWS
+from ..export.buffers import Camera, RenderSettings
+from . import measure, plan
+from .facts import Facts, undetected
+from .measure import Difference, Noise
+from .pilot import Pilot, Rendered, seeds, small_camera
+from .plan import LIMITS, percent
+
+# Rows and the limits that they lower.
+LIMIT_OF = {
+    'bounces': 'max_bounces',
+    'diffuse': 'diffuse_bounces',
+    'glossy': 'glossy_bounces',
+    'transmission': 'transmission_bounces',
+    'transparent': 'transparent_bounces',
+}
+NAMES = {key: name for key, name, _ in AUTO_ROWS}
+SEARCH, VERIFY = 0, 1  # parts of a pilot: each has seeds of its own
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """A simplification. key: of choices.AUTO_ROWS. asked, chosen: as the user reads them."""
+
+    key: str
+    asked: str
+    chosen: str
+    why: str
+
+    @property
+    def simplified(self) -> bool:
+        return self.chosen != self.asked
+
+
+@dataclass(frozen=True, slots=True)
+class Choice:
+    """settings: to render with. Shares of the mean, of the base's rays and of the samples that were asked for.
+
+    reason:     why all is modelled as it was asked for; empty where something is simplified.
+    difference: of the converged picture from that of what was asked for; None where nothing was left out.
+    noise:      that is expected to be left, and the upper end of its interval; None where no pilot tells.
+    """
+
+    settings: RenderSettings
+    rows: tuple[Row, ...] = ()
+    reason: str = ''
+    tolerance: float = 0.0
+    difference: Difference | None = None
+    noise: tuple[float, float] | None = None
+    rays: float = 1.0
+    samples: float = 1.0
+    pilot: dict[str, Any] | None = None
+
+    def figures(self) -> dict[str, Any]:
+        """For the statistics: what JSON can hold."""
+        return {
+            'integrator': self.settings.integrator,
+            'reason': self.reason,
+            'tolerance': self.tolerance,
+            'difference': asdict(self.difference) if self.difference is not None else None,
+            'noise': list(self.noise) if self.noise is not None else None,
+            'rays': self.rays,
+            'samples': self.samples,
+            'rows': [asdict(row) | {'name': NAMES[row.key], 'simplified': row.simplified} for row in self.rows],
+            'pilot': self.pilot,
+        }
+
+    def sentences(self) -> list[str]:
+        """What is said before the render."""
+        said = []
+        changed = [row for row in self.rows if row.simplified]
+        if self.reason:
+            said.append(f'AUTO models everything: {self.reason}')
+        elif not changed:
+            said.append('AUTO models everything: nothing cheaper suffices')
+        else:
+            what = ', '.join(f'{NAMES[row.key]} {row.chosen} instead of {row.asked}' for row in changed)
+            saved = [f'{percent(1.0 - self.rays)} fewer rays a sample'] if self.rays < 1.0 else []
+            saved += [f'{percent(1.0 - self.samples)} fewer samples'] if self.samples < 1.0 else []
+            said.append(f'AUTO: {what}; {" and ".join(saved)}')
+        if self.difference is not None:
+            d = self.difference
+            said.append(
+                f'AUTO: the converged picture differs by {percent(d.value)} of the mean '
+                f'(95 %: {plan.interval(d)}; tolerance {percent(self.tolerance)})'
+            )
+        if self.noise is not None:
+            told = f'AUTO: noise of {percent(self.noise[0])} of the mean is expected (up to {percent(self.noise[1])})'
+            if self.noise[0] > self.tolerance:
+                told += f': the samples are too few for {percent(self.tolerance)}'
+            said.append(told)
+        if self.pilot is not None:
+            p = self.pilot
+            said.append(
+                f'AUTO: the pilot took {p["seconds"]:.2g} s, {percent(p["share"])} of the paths of the whole '
+                f'({p["width"]}×{p["height"]} pixels, {p["settings"]} settings)'
+            )
+        return said
+
+
+def choose(
+    pilot: Pilot, camera: Camera, asked: RenderSettings, found: Facts, tolerance: float, allowed: frozenset[str]
+) -> Choice:
+    """asked: the settings, their integrator being PATH. allowed: the rows (choices.AUTO_ROWS) that are on.
+
+    The pilot's camera is set here. Raises what the native module raises, and what `pilot.stop` does.
+    """
+    everything = Choice(asked, tolerance=tolerance)
+    if not allowed:
+        return replace(everything, reason='all its simplifications are switched off')
+    if asked.device != 'CPU':
+        return replace(everything, reason='pilots are rendered on the CPU only so far')
+    columns, rows = camera.region[2:]
+    set_sampling = sampling_of(asked)
+    least = min(set_sampling.samples, set_sampling.first_look()) if asked.adaptive else asked.samples
+    spend = plan.budget(columns, rows, least)
+    if spend is None:
+        return replace(everything, reason='the render is too short for a pilot')
+    paths = spend.width * spend.height * plan.SEEDS * (spend.search + spend.verify)
+    missed = undetected(found, paths, asked.reflective_caustics, asked.refractive_caustics)
+    if missed is not None:
+        caster, lamp = missed
+        return replace(
+            everything,
+            reason=f'"{caster.name}" ({caster.kind}) may throw caustics of light "{lamp.name}", which is too small for '
+            'a pilot to find them',
+        )
+    return Trial(pilot, asked, found, tolerance, allowed, spend, small_camera(camera, spend.width, spend.height)).run()
+
+
+def sampling_of(settings: RenderSettings) -> plan.Sampling:
+    return plan.Sampling(settings.samples, settings.adaptive, settings.noise_threshold, settings.adaptive_min_samples)
+
+
+class Trial:
+    """The pilot of one render, from its first picture to what is chosen."""
+
+    def __init__(
+        self,
+        pilot: Pilot,
+        asked: RenderSettings,
+        found: Facts,
+        tolerance: float,
+        allowed: frozenset[str],
+        spend: plan.Budget,
+        camera: Camera,
+    ) -> None:
+        self.pilot, self.asked, self.found = pilot, asked, found
+        self.tolerance, self.allowed, self.spend = tolerance, allowed, spend
+        self.pilot.camera = camera
+        self.settings_seen = 0
+        self.mean = 0.0
+        self.base: Rendered | None = None
+        self.known: dict[tuple[int, ...], plan.Probe] = {}
+
+    def run(self) -> Choice:
+        everything = Choice(self.asked, tolerance=self.tolerance)
+        self.base = self.render(self.asked, self.spend.search, SEARCH)
+        self.mean = float(self.base.pictures.mean())
+        if not self.mean > 0.0:
+            return replace(everything, reason='the picture of the pilot is black', pilot=self.cost())
+        if measure.noise(self.base.pictures, self.spend.search, self.mean).dominated:
+            return replace(
+                everything, reason='fireflies make most of the noise: a pilot cannot tell', pilot=self.cost()
+            )
+        limits = {name: getattr(self.asked, name) for name in LIMITS}
+        search = plan.Search(
+            limits,
+            self.probe,
+            self.tolerance,
+            frozenset({LIMIT_OF[key] for key in self.allowed if key in LIMIT_OF} | self.allowed & {'integrator'}),
+            self.found.present,
+        )
+        chosen = with_limits(self.asked, search.run())
+        difference, rays, noise, why = self.verified(chosen)
+        if difference is None:
+            chosen = self.asked
+        rows = self.limit_rows(search, chosen, why)
+        room = difference.high if difference is not None else 0.0
+        chosen, row, expected, samples = self.sampled(chosen, noise, room)
+        rows.append(row)
+        return Choice(
+            chosen,
+            tuple(rows),
+            '',
+            self.tolerance,
+            difference,
+            expected,
+            rays,
+            samples,
+            self.cost(),
+        )
+
+    def render(self, settings: RenderSettings, samples: int, part: int) -> Rendered:
+        self.settings_seen += 1
+        return self.pilot.render(settings, samples, seeds(self.asked.seed, plan.SEEDS, part))
+
+    def probe(self, limits: dict[str, int]) -> plan.Probe:
+        key = tuple(limits[name] for name in LIMITS)
+        if key not in self.known:
+            # What comes after must be left: it states the error.
+            pixels = self.spend.width * self.spend.height
+            later = plan.VERIFIED * self.spend.verify * plan.SEEDS * pixels
+            if self.pilot.paths + self.spend.search * plan.SEEDS * pixels + later > self.spend.paths:
+                raise plan.Spent
+            other = self.render(with_limits(self.asked, limits), self.spend.search, SEARCH)
+            apart = measure.difference(self.base.pictures, other.pictures, self.mean)
+            self.known[key] = plan.Probe(apart, other.rays / self.base.rays)
+        return self.known[key]
+
+    def verified(self, chosen: RenderSettings) -> tuple[Difference | None, float, Noise, str]:
+        """The difference of what was found, from seeds that it was not found by; None where that is nothing, or fails.
+
+        With it: rays as a share of the base's, noise of a sample, and why it failed.
+        """
+        base = self.render(self.asked, self.spend.verify, VERIFY)
+        if chosen == self.asked:
+            return None, 1.0, measure.noise(base.pictures, self.spend.verify, self.mean), ''
+        other = self.render(chosen, self.spend.verify, VERIFY)
+        apart = measure.difference(base.pictures, other.pictures, self.mean)
+        probe = plan.Probe(apart, other.rays / base.rays)
+        if not probe.suffices(self.tolerance):
+            why = f'other seeds do not confirm it: together they make {plan.interval(apart)} of difference'
+            return None, 1.0, measure.noise(base.pictures, self.spend.verify, self.mean), why
+        return apart, probe.rays, measure.noise(other.pictures, self.spend.verify, self.mean), ''
+
+    def limit_rows(self, search: plan.Search, chosen: RenderSettings, why: str) -> list[Row]:
+        direct = chosen.integrator == 'DIRECT'
+        rows = []
+        if 'integrator' in self.allowed:
+            told = search.why('max_bounces') if direct else why or 'bounces count'
+            rows.append(Row('integrator', 'Path', 'Direct' if direct else 'Path', told))
+        for key, name in LIMIT_OF.items():
+            asked, now = getattr(self.asked, name), getattr(chosen, name)
+            told = why or search.why(name)
+            # Of a limit that is lower than it was only because that of all bounces is.
+            if direct and key != 'transparent':
+                now, told = asked, 'Direct has none'
+            elif now < asked and now not in search.probes.get(name, {}):
+                told = 'no more than all bounces together'
+            rows.append(Row(key, str(asked), str(now), told))
+        return rows
+
+    def sampled(
+        self, chosen: RenderSettings, noise: Noise, bias: float
+    ) -> tuple[RenderSettings, Row, tuple[float, float], float]:
+        """Settings with the samples that suffice, their row, the noise left, and samples as a share."""
+        asked = sampling_of(self.asked)
+        best, why = asked, 'as few as suffice'
+        if 'sampling' not in self.allowed:
+            why = 'switched off'
+        elif noise.dominated:
+            why = 'the pilot cannot tell: a few pixels make most of the noise'
+        else:
+            best = plan.sampling(asked, noise, bias, self.tolerance)
+            if best != asked:
+                why = f'leaves noise of {percent(best.error(noise)[0])}, as asked {percent(asked.error(noise)[0])}'
+        settings = replace(
+            chosen,
+            samples=best.samples,
+            adaptive=best.adaptive,
+            noise_threshold=best.threshold,
+            adaptive_min_samples=best.least,
+        )
+        share = best.work(noise) / asked.work(noise)
+        return settings, Row('sampling', asked.words(), best.words(), why), best.error(noise), share
+
+    def cost(self) -> dict[str, Any]:
+        whole = self.spend.paths / plan.PILOT_SHARE
+        return {
+            'width': self.spend.width,
+            'height': self.spend.height,
+            'samples': [self.spend.search, self.spend.verify],
+            'seeds': plan.SEEDS,
+            'settings': self.settings_seen,
+            'paths': self.pilot.paths,
+            'share': self.pilot.paths / whole,
+            'seconds': self.pilot.wall,
+        }
+
+
+def with_limits(asked: RenderSettings, limits: dict[str, int]) -> RenderSettings:
+    """Without a bounce, Direct renders the same, without the ambient light that it may have."""
+    settings = replace(asked, **limits)
+    if limits['max_bounces'] > 0:
+        return settings
+    return replace(settings, integrator='DIRECT', ambient_strength=0.0)

@@ -1,0 +1,114 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What repeated small renders tell: how far two settings' converged pictures are apart, and how noisy one sample is.
+
+Pictures are (K, P, 3) float arrays: K seeds, P pixels, scene-linear. Errors are shares of the picture's mean.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Pictures = NDArray[np.float64]
+
+SIGMAS = 1.96  # of a normal distribution, on either side: 95 %
+# An estimate is dominated by fireflies where this share of its pixels makes up that part of it.
+FEW_PIXELS = 0.005
+MOST_OF_IT = 0.5
+
+
+@dataclass(frozen=True, slots=True)
+class Difference:
+    """Root mean square over the pixels of the difference of two converged pictures, as a share of the mean.
+
+    value: the estimate. low, high: its interval of 95 %. few: the part of it that FEW_PIXELS of the pixels make up.
+    """
+
+    value: float
+    low: float
+    high: float
+    few: float
+
+    @property
+    def dominated(self) -> bool:
+        """Whether a few pixels make the estimate: what is that rare may as well have been missed."""
+        return self.few > MOST_OF_IT
+
+
+@dataclass(frozen=True, slots=True)
+class Noise:
+    """Variance of one sample in each pixel, as a share of the mean squared, and what adaptive sampling sees of it.
+
+    variance: (P,) mean over the channels. error: (P,) what `film_error` (kernels/film.h) expects after one sample.
+    few: the part of the mean variance that FEW_PIXELS of the pixels make up.
+    """
+
+    variance: NDArray[np.float64]
+    error: NDArray[np.float64]
+    few: float
+
+    @property
+    def dominated(self) -> bool:
+        return self.few > MOST_OF_IT
+
+
+def check(pictures: Pictures) -> None:
+    if pictures.ndim != 3 or pictures.shape[2] != 3 or pictures.shape[0] < 2:
+        raise ValueError(f'pictures of two seeds at least are needed, (K, P, 3), not {pictures.shape}')
+
+
+def difference(a: Pictures, b: Pictures, mean: float) -> Difference:
+    """How far the converged pictures of two settings are apart, from renders of both with the same seeds.
+
+    What noise the two share falls out with a - b = D. Of what is left, products of different seeds have no bias: with
+    K independent D of a pixel, the mean of D_i D_j over i != j expects the square of their common mean (a U-statistic:
+    Hoeffding 1948). Its interval is that of a mean over pixels that stand for all of the picture's.
+
+    Raises ValueError where the shapes are not alike, or the mean is not positive.
+    """
+    check(a)
+    if a.shape != b.shape or not mean > 0.0:
+        raise ValueError(f'pictures of one shape and a positive mean are needed, not {a.shape}, {b.shape} and {mean}')
+    d = (a - b) / mean
+    count = len(d)
+    products = (d.sum(axis=0) ** 2 - (d**2).sum(axis=0)) / (count * (count - 1))
+    squares = products.mean(axis=1)
+    error = squares.std(ddof=1) / np.sqrt(len(squares)) if len(squares) > 1 else np.inf
+    value = squares.mean()
+    low, high = value - SIGMAS * error, value + SIGMAS * error
+    return Difference(
+        value=float(np.sqrt(max(value, 0.0))),
+        low=float(np.sqrt(max(low, 0.0))),
+        high=float(np.sqrt(max(high, 0.0))),
+        few=share_of_few(np.abs(squares)),
+    )
+
+
+def noise(pictures: Pictures, samples: int, mean: float) -> Noise:
+    """What one sample of each pixel varies by, from renders of `samples` each."""
+    check(pictures)
+    variances = pictures.var(axis=0, ddof=1) * samples
+    # film_error is the sum over the channels of the halves' difference, whose deviation is that of the mean. Of a
+    # normal distribution, the mean of the absolute value is sqrt(2 / pi) deviations.
+    brightness = np.maximum(pictures.mean(axis=0).sum(axis=1), 0.0)
+    error = np.sqrt(2.0 / np.pi) * np.sqrt(variances).sum(axis=1) / (1e-4 + np.sqrt(brightness))
+    relative = variances.mean(axis=1) / mean**2
+    return Noise(relative, error, share_of_few(relative))
+
+
+def share_of_few(values: NDArray[np.float64]) -> float:
+    """The part of their sum that the greatest FEW_PIXELS of the values make up, one of them at least."""
+    total = float(values.sum())
+    if total <= 0.0:
+        return 0.0
+    count = max(1, round(FEW_PIXELS * len(values)))
+    return float(np.sort(values)[-count:].sum()) / total
+
+
+def upper_mean(values: NDArray[np.float64]) -> float:
+    """Upper end of the 95 % interval of the mean."""
+    if len(values) < 2:
+        return float('inf')
+    return float(values.mean() + SIGMAS * values.std(ddof=1) / np.sqrt(len(values)))

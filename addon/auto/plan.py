@@ -1,0 +1,286 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What AUTO decides: how much a pilot may cost, which limits suffice, and how many samples.
+
+All of it follows from figures alone, and never from the clock: the same scene, settings and seed are rendered alike on
+every machine. What is rendered to get the figures is asked of a function.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from .measure import Difference, Noise, upper_mean
+
+# ---- What a pilot may cost
+
+
+# Its share of the paths of the render that was asked for. The goal is 5 % of the time; starting threads takes the rest.
+PILOT_SHARE = 0.04
+# Paths below which a pilot shows nothing: some 1,000 pixels, eleven settings, four seeds of one sample.
+PATHS_MIN = 40_000
+PIXELS = 1024
+PIXELS_SHARE = 0.25  # of the picture's, at most
+SEEDS = 4
+SETTINGS = 10  # that are looked at, more or less: the base and its simplifications
+VERIFIED = 2  # and what was chosen is rendered anew, beside the base
+VERIFIED_WEIGHT = 2  # with so many times the samples
+SAMPLES_MAX = 256  # of one picture; beyond, the pixels' own number is what limits an estimate
+
+
+@dataclass(frozen=True, slots=True)
+class Budget:
+    """width, height: of the small pictures. search, verify: samples of each picture, for each of SEEDS seeds."""
+
+    width: int
+    height: int
+    search: int
+    verify: int
+    paths: int
+
+
+def budget(width: int, height: int, samples: float) -> Budget | None:
+    """What the pilot of a render of so many pixels and samples may take; None where it is too short for one."""
+    paths = int(PILOT_SHARE * width * height * samples)
+    pixels = min(PIXELS, PIXELS_SHARE * width * height)
+    across = max(1, round((pixels * width / height) ** 0.5))
+    across = min(across, width)
+    down = min(max(1, round(pixels / across)), height)
+    parts = (SETTINGS + VERIFIED * VERIFIED_WEIGHT) * SEEDS * across * down
+    search = min(paths // parts, SAMPLES_MAX)
+    if paths < PATHS_MIN or search < 1:
+        return None
+    return Budget(across, down, search, min(VERIFIED_WEIGHT * search, SAMPLES_MAX), paths)
+
+
+# ---- Limits
+
+
+LIMITS = ('max_bounces', 'diffuse_bounces', 'glossy_bounces', 'transmission_bounces', 'transparent_bounces')
+LADDER = (0, 1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 64, 128, 256, 512)
+# Part of the rays that a lower limit must save, else it stays as it was set.
+WORTH = 0.01
+
+
+@dataclass(frozen=True, slots=True)
+class Probe:
+    """Settings beside the base: the difference of their converged pictures, and their rays as a share of the base's."""
+
+    difference: Difference
+    rays: float
+
+    def suffices(self, tolerance: float) -> bool:
+        return self.difference.high <= tolerance and not self.doubtful(tolerance)
+
+    def doubtful(self, tolerance: float) -> bool:
+        """Whether a few pixels make a difference that would matter if there were only some more of them."""
+        return self.difference.dominated and self.difference.high > DOUBTFUL * tolerance
+
+
+# Of the tolerance: below, even an estimate that a few pixels make is small enough.
+DOUBTFUL = 0.25
+
+
+class Spent(Exception):
+    """The pilot's paths are used up: what is not known by now stays unknown."""
+
+
+@dataclass(slots=True)
+class Search:
+    """The lowest limits that suffice, one kind after the other, each beside those that were lowered before.
+
+    base:      limits as they were set, by name.
+    probe:     measures limits beside the base; raises Spent.
+    tolerance: highest difference, share of the mean.
+    allowed:   the limits that may be lowered, and 'integrator': whether bounces may be left out altogether.
+    present:   the limits that can make a difference in this scene.
+    """
+
+    base: dict[str, int]
+    probe: Callable[[dict[str, int]], Probe]
+    tolerance: float
+    allowed: frozenset[str]
+    present: frozenset[str] = frozenset(LIMITS)
+    found: dict[str, int] = field(default_factory=dict)
+    rays: float = 1.0
+    spent: bool = False
+    probes: dict[str, dict[int, Probe]] = field(default_factory=dict)
+
+    def run(self) -> dict[str, int]:
+        self.found = dict(self.base)
+        try:
+            for name in LIMITS:
+                self.lower(name)
+        except Spent:
+            self.spent = True
+        return self.found
+
+    def lower(self, name: str) -> None:
+        candidates = self.candidates(name)
+        if not candidates:
+            return
+        probes = self.probes.setdefault(name, {})
+
+        def suffices(value: int) -> bool:
+            probes[value] = self.probe(self.with_limit(name, value))
+            return probes[value].suffices(self.tolerance)
+
+        best = lowest(candidates, suffices)
+        if best is not None and probes[best].rays <= self.rays - WORTH:
+            self.found = self.with_limit(name, best)
+            self.rays = probes[best].rays
+
+    def why(self, name: str) -> str:
+        """Why a limit is what it became."""
+        probes = self.probes.get(name, {})
+        if self.found[name] < self.base[name] and self.found[name] in probes:
+            return f'more make less than {percent(self.tolerance)} of the mean'
+        if name not in self.allowed and not (name == 'max_bounces' and 'integrator' in self.allowed):
+            return 'switched off'
+        if name not in self.present:
+            return 'nothing in the scene asks for it'
+        if not probes:
+            return 'the pilot was too short to look at it' if self.spent else 'no lower one is left to look at'
+        highest = probes[max(probes)]
+        if highest.suffices(self.tolerance):
+            return 'a lower one saves nothing'
+        if highest.doubtful(self.tolerance):
+            return 'the pilot cannot tell: a few pixels decide'
+        if highest.difference.low <= self.tolerance:
+            return f'the pilot cannot tell: {max(probes)} make {interval(highest.difference)} of difference'
+        return f'needed: {max(probes)} make {interval(highest.difference)} of difference'
+
+    def with_limit(self, name: str, value: int) -> dict[str, int]:
+        """The limits with one of them lower; none of a kind is above that of all."""
+        limits = self.found | {name: value}
+        if name == 'max_bounces':
+            for kind in ('diffuse_bounces', 'glossy_bounces', 'transmission_bounces'):
+                limits[kind] = min(limits[kind], value)
+        return limits
+
+    def candidates(self, name: str) -> list[int]:
+        """Lower limits, ascending."""
+        kinds = ('diffuse_bounces', 'glossy_bounces', 'transmission_bounces')
+        if name not in self.present or (name in kinds and self.found['max_bounces'] == 0):
+            return []
+        values = [value for value in LADDER if value < self.found[name]]
+        if name == 'max_bounces':
+            # More than all kinds allow together changes nothing.
+            together = sum(self.base[kind] for kind in kinds)
+            values = [
+                value
+                for value in values
+                if value < together and (name in self.allowed if value else 'integrator' in self.allowed)
+            ]
+        elif name not in self.allowed:
+            return []
+        return values
+
+
+def lowest(candidates: Sequence[int], suffices: Callable[[int], bool]) -> int | None:
+    """The first of ascending candidates that suffices, each above it sufficing too; None where the last does not."""
+    low, high = 0, len(candidates)
+    while low < high:
+        middle = (low + high) // 2
+        if suffices(candidates[middle]):
+            high = middle
+        else:
+            low = middle + 1
+    return candidates[low] if low < len(candidates) else None
+
+
+# ---- Words
+
+
+def percent(share: float) -> str:
+    return f'{100.0 * share:.2g} %'
+
+
+def interval(found: Difference) -> str:
+    return f'{100.0 * found.low:.2g} to {100.0 * found.high:.2g} %'
+
+
+# ---- Samples
+
+
+@dataclass(frozen=True, slots=True)
+class Sampling:
+    """How many samples a pixel takes, at most where `adaptive`, until its error is below `threshold`."""
+
+    samples: int
+    adaptive: bool = False
+    threshold: float = 0.01
+    least: int = 0  # RenderSettings.adaptive_min_samples
+
+    def first_look(self) -> int:
+        """Samples before which no pixel stops (native/session.cpp, update_pending)."""
+        return self.least or max(16, round(1.6 / max(self.threshold, 1e-6) ** 0.5))
+
+    def words(self) -> str:
+        return f'{self.samples} samples' + (f' to a noise of {self.threshold:.2g}' if self.adaptive else '')
+
+    def taken(self, noise: Noise) -> np.ndarray:
+        """Samples that each pixel is expected to take. (P,)"""
+        if not self.adaptive:
+            return np.full(len(noise.variance), float(self.samples))
+        least = min(self.first_look(), self.samples)
+        wanted = np.clip((noise.error / self.threshold) ** 2, least, self.samples)
+        ends = np.array(pass_ends(self.samples), np.float64)
+        return ends[np.minimum(np.searchsorted(ends, wanted - 1e-9), len(ends) - 1)]
+
+    def error(self, noise: Noise) -> tuple[float, float]:
+        """Root mean square of the noise that is left, share of the mean: estimate, and upper end of its interval."""
+        left = noise.variance / self.taken(noise)
+        return float(np.sqrt(left.mean())), float(np.sqrt(upper_mean(left)))
+
+    def work(self, noise: Noise) -> float:
+        """Samples of a pixel in the mean."""
+        return float(self.taken(noise).mean())
+
+
+LONGEST_PASS = 32  # native/session.cpp, kLongestPass
+
+
+def pass_ends(samples: int) -> list[int]:
+    """The sample counts after which the native module looks at a pixel's error."""
+    ends, done = [], 0
+    while done < samples:
+        done += min(max(done, 1), LONGEST_PASS, samples - done)
+        ends.append(done)
+    return ends
+
+
+# Other sampling must save this part of the samples, or it stays as it was set: what adaptive sampling costs beside
+# them, and what its forecast is worth, would eat up less.
+SAMPLING_WORTH = 0.2
+ADAPTIVE_ROOM = 4  # a pixel takes from a fourth of the samples that were set to four times as many
+SAMPLES_LIMIT = 2**24  # native/session.cpp, kMaxSamples
+THRESHOLDS = tuple(1e-4 * 2.0 ** (step / 4) for step in range(54))  # up to 1
+
+
+def sampling(asked: Sampling, noise: Noise, bias: float, tolerance: float) -> Sampling:
+    """The cheapest sampling whose error is within the tolerance, or no greater than with the samples that were set.
+
+    bias: upper end of the difference that the other simplifications make.
+    """
+    expected, highest = asked.error(noise)
+    room = max(tolerance**2 - bias**2, 0.0) ** 0.5
+
+    def fits(other: Sampling) -> bool:
+        # Beside its own forecast, another one is as sure as that is; beside the tolerance, the interval counts.
+        estimate, high = other.error(noise)
+        return high <= room if highest <= room else estimate <= expected
+
+    others = [replace(asked, samples=count) for count in pass_ends(asked.samples)[:-1] if count >= 2]
+    if asked.adaptive:
+        others += [replace(asked, threshold=threshold) for threshold in THRESHOLDS]
+    else:
+        most, least = min(asked.samples * ADAPTIVE_ROOM, SAMPLES_LIMIT), max(asked.samples // ADAPTIVE_ROOM, 1)
+        others += [Sampling(most, True, threshold, least) for threshold in THRESHOLDS]
+    enough = [other for other in others if fits(other)]
+    if not enough:
+        return asked
+    best = min(enough, key=lambda other: other.work(noise))
+    return best if best.work(noise) <= (1.0 - SAMPLING_WORTH) * asked.work(noise) else asked
