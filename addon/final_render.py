@@ -110,6 +110,7 @@ class RenderJob:
         self.film = passes.Film()
         self.denoising: denoise.Denoising | None = None
         self.time_limit = 0.0  # seconds, 0: none
+        self.tolerance = 0.01  # integrator AUTO's, share of the mean
         self.start = time.perf_counter()
         self.memory = stats.MemoryMeter()
         self.stats = stats.LayerStats(self.layer.name, self.scene.frame_current)
@@ -159,6 +160,7 @@ class RenderJob:
         if self.engine.is_preview:
             render_settings = preview.smaller(render_settings)
             self.denoising, self.time_limit = None, preview.SECONDS_MAX
+        self.tolerance = settings.auto_tolerance(self.scene, self.log)
         # Previews are over before a pilot would be.
         facts = auto.facts(buffers) if self.scene.cotorra.integrator == 'AUTO' and not self.engine.is_preview else None
         self.stats.sync_seconds = time.perf_counter() - began
@@ -216,9 +218,8 @@ class RenderJob:
         self.reporter.phase('Pilot')
         began = time.perf_counter()
         pilot = auto.Pilot(module, scene, camera, self.log.checkpoint)
-        own = self.scene.cotorra
-        tolerance = own.auto_tolerance / 100.0
-        chosen = auto.choose(pilot, camera, render_settings, facts, tolerance, settings.auto_rows(own))
+        rows = settings.auto_rows(self.scene.cotorra)
+        chosen = auto.choose(pilot, camera, render_settings, facts, self.tolerance, rows)
         self.stats.pilot_seconds = time.perf_counter() - began
         self.stats.auto = chosen.figures()
         for sentence in chosen.sentences():

@@ -98,6 +98,11 @@ def time_limit(scene: bpy.types.Scene, log: Log) -> float:
     return _inherited_number(scene, 'time_limit', log)
 
 
+def auto_tolerance(scene: bpy.types.Scene, log: Log) -> float:
+    """As a share of the picture's mean."""
+    return _number(scene.cotorra, 'auto_tolerance', scene, log) / 100.0
+
+
 def auto_rows(own: bpy.types.PropertyGroup) -> frozenset[str]:
     """The rows of AUTO that are on, by their keys in choices.AUTO_ROWS."""
     return frozenset(key for key, _, _ in choices.AUTO_ROWS if getattr(own, f'use_auto_{key}'))

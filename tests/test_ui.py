@@ -153,6 +153,7 @@ OWN = {
     'PATH': {'max_bounces', 'diffuse_bounces', 'glossy_bounces', 'transmission_bounces', 'transparent_bounces'},
     'WHITTED': {'whitted_depth', 'whitted_threshold', 'use_transparent_shadows', 'ambient_strength'},
     'AO': {'ao_distance'},
+    'AUTO': {'max_bounces', 'diffuse_bounces', 'glossy_bounces', 'transmission_bounces', 'transparent_bounces'},
     'TOON': {'toon_outline', 'outline_width', 'outline_color', 'outline_normal', 'outline_depth', 'outline_object'},
 }
 
@@ -169,6 +170,23 @@ def test_an_integrator_shows_its_own_settings(integrator):
     for other, names in OWN.items():
         if other != integrator:
             assert not (names - OWN[integrator] - ambient) & found
+
+
+def test_auto_shows_its_rows_and_what_became_of_them():
+    scene = build.new_scene()
+    scene.cotorra.integrator = 'AUTO'
+    switches = {f'use_auto_{key}' for key, _, _ in choices.AUTO_ROWS}
+    stats.clear(scene.name)
+    found = drawn('COTORRA_RENDER_PT_auto')
+    assert switches | {'auto_tolerance'} == set(found)
+    row = {'key': 'diffuse', 'asked': '4', 'chosen': '2', 'simplified': True}
+    entry = stats.LayerStats('ViewLayer', 1, auto={'rows': [row], 'sentences': ['AUTO: what it said']})
+    stats.record(scene.name, entry)
+    found = drawn('COTORRA_RENDER_PT_auto')
+    stats.clear(scene.name)
+    assert {'2 of 4', 'AUTO: what it said'} <= set(found)
+    scene.cotorra.integrator = 'PATH'
+    assert not drawn('COTORRA_RENDER_PT_auto')
 
 
 @pytest.mark.parametrize('settings_from', ['AUTO', 'COTORRA'])

@@ -74,6 +74,7 @@ class Choice:
             'samples': self.samples,
             'rows': [asdict(row) | {'name': NAMES[row.key], 'simplified': row.simplified} for row in self.rows],
             'pilot': self.pilot,
+            'sentences': self.sentences(),
         }
 
     def sentences(self) -> list[str]:

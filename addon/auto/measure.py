@@ -14,27 +14,26 @@ from numpy.typing import NDArray
 Pictures = NDArray[np.float64]
 
 SIGMAS = 1.96  # of a normal distribution, on either side: 95 %
-# An estimate is dominated by fireflies where this share of its pixels makes up that part of it.
-FEW_PIXELS = 0.005
-MOST_OF_IT = 0.5
+# An estimate that is no surer than one of so few pixels is dominated by fireflies.
+FEW_PIXELS = 10.0
 
 
 @dataclass(frozen=True, slots=True)
 class Difference:
     """Root mean square over the pixels of the difference of two converged pictures, as a share of the mean.
 
-    value: the estimate. low, high: its interval of 95 %. few: the part of it that FEW_PIXELS of the pixels make up.
+    value: the estimate. low, high: its interval of 95 %. pixels: how many make it, see `effective`.
     """
 
     value: float
     low: float
     high: float
-    few: float
+    pixels: float
 
     @property
     def dominated(self) -> bool:
         """Whether a few pixels make the estimate: what is that rare may as well have been missed."""
-        return self.few > MOST_OF_IT
+        return self.pixels < FEW_PIXELS
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,16 +41,16 @@ class Noise:
     """Variance of one sample in each pixel, as a share of the mean squared, and what adaptive sampling sees of it.
 
     variance: (P,) mean over the channels. error: (P,) what `film_error` (kernels/film.h) expects after one sample.
-    few: the part of the mean variance that FEW_PIXELS of the pixels make up.
+    pixels: how many make the mean variance, see `effective`.
     """
 
     variance: NDArray[np.float64]
     error: NDArray[np.float64]
-    few: float
+    pixels: float
 
     @property
     def dominated(self) -> bool:
-        return self.few > MOST_OF_IT
+        return self.pixels < FEW_PIXELS
 
 
 def check(pictures: Pictures) -> None:
@@ -82,7 +81,7 @@ def difference(a: Pictures, b: Pictures, mean: float) -> Difference:
         value=float(np.sqrt(max(value, 0.0))),
         low=float(np.sqrt(max(low, 0.0))),
         high=float(np.sqrt(max(high, 0.0))),
-        few=share_of_few(np.abs(squares)),
+        pixels=effective(squares),
     )
 
 
@@ -95,16 +94,13 @@ def noise(pictures: Pictures, samples: int, mean: float) -> Noise:
     brightness = np.maximum(pictures.mean(axis=0).sum(axis=1), 0.0)
     error = np.sqrt(2.0 / np.pi) * np.sqrt(variances).sum(axis=1) / (1e-4 + np.sqrt(brightness))
     relative = variances.mean(axis=1) / mean**2
-    return Noise(relative, error, share_of_few(relative))
+    return Noise(relative, error, effective(relative))
 
 
-def share_of_few(values: NDArray[np.float64]) -> float:
-    """The part of their sum that the greatest FEW_PIXELS of the values make up, one of them at least."""
-    total = float(values.sum())
-    if total <= 0.0:
-        return 0.0
-    count = max(1, round(FEW_PIXELS * len(values)))
-    return float(np.sort(values)[-count:].sum()) / total
+def effective(values: NDArray[np.float64]) -> float:
+    """How many equal values would be as sure a sum (Kish 1965, effective sample size); all of them where all are 0."""
+    squares = float((values**2).sum())
+    return float(np.abs(values).sum()) ** 2 / squares if squares > 0.0 else float(len(values))
 
 
 def upper_mean(values: NDArray[np.float64]) -> float:

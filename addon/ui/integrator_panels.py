@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import bpy
 
+from .. import choices, stats
 from .panel import CotorraPanel, HeadingPanel, setting, split_layout, wrapped
 
 
@@ -22,6 +23,40 @@ class COTORRA_RENDER_PT_integrator(CotorraPanel, bpy.types.Panel):
             wrapped(layout, context, 'The tones are set in Material > Cotorra Model')
         elif settings.integrator in DRAW:
             DRAW[settings.integrator](layout, settings)
+
+
+class COTORRA_RENDER_PT_auto(CotorraPanel, bpy.types.Panel):
+    bl_label = 'Simplifications'
+    bl_parent_id = 'COTORRA_RENDER_PT_integrator'
+
+    @classmethod
+    def poll(cls, context):
+        return super().poll(context) and context.scene.cotorra.integrator == 'AUTO'
+
+    def draw(self, context):
+        layout = self.layout
+        settings = context.scene.cotorra
+        column = layout.column()
+        column.use_property_split, column.use_property_decorate = True, False
+        column.prop(settings, 'auto_tolerance')
+        found = last_auto(context.scene)
+        rows = {row['key']: row for row in found.get('rows', ())}
+        for key, _, _ in choices.AUTO_ROWS:
+            line = layout.row()
+            line.prop(settings, f'use_auto_{key}')
+            if key in rows:
+                line.label(text=f'{rows[key]["chosen"]} of {rows[key]["asked"]}', icon=mark(rows[key]))
+        for sentence in found.get('sentences', ()):
+            wrapped(layout, context, sentence)
+
+
+def last_auto(scene: bpy.types.Scene) -> dict:
+    """What AUTO chose for the scene's last render; empty before the first."""
+    return next((entry.auto for entry in reversed(stats.last(scene.name)) if entry.auto), {})
+
+
+def mark(row: dict) -> str:
+    return 'CHECKMARK' if row['simplified'] else 'BLANK1'
 
 
 class BouncesPanel(CotorraPanel):
@@ -51,7 +86,7 @@ class COTORRA_RENDER_PT_light_paths_clamping(BouncesPanel, bpy.types.Panel):
     def draw(self, context):
         column = split_layout(self).column(align=True)
         setting(column, context.scene, 'clamp_direct')
-        if context.scene.cotorra.integrator == 'PATH':
+        if context.scene.cotorra.integrator in PATHS:
             setting(column, context.scene, 'clamp_indirect')
 
 
@@ -61,7 +96,7 @@ class COTORRA_RENDER_PT_light_paths_caustics(BouncesPanel, bpy.types.Panel):
 
     @classmethod
     def poll(cls, context):
-        return super().poll(context) and context.scene.cotorra.integrator == 'PATH'
+        return super().poll(context) and context.scene.cotorra.integrator in PATHS
 
     def draw(self, context):
         layout = split_layout(self)
@@ -146,10 +181,12 @@ def draw_occlusion(layout: bpy.types.UILayout, settings: bpy.types.PropertyGroup
 DRAW = {'WHITTED': draw_whitted, 'AO': draw_occlusion}
 
 # Integrators whose rays are counted, and the limits that they have.
-BOUNCES = {'DIRECT': draw_direct, 'PATH': draw_path}
+BOUNCES = {'DIRECT': draw_direct, 'PATH': draw_path, 'AUTO': draw_path}
+PATHS = ('PATH', 'AUTO')
 
 CLASSES = (
     COTORRA_RENDER_PT_integrator,
+    COTORRA_RENDER_PT_auto,
     COTORRA_RENDER_PT_ambient,
     COTORRA_RENDER_PT_outlines,
     COTORRA_RENDER_PT_light_paths,

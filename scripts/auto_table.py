@@ -1,0 +1,237 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What integrator AUTO chooses, states and saves, scene by scene, beside full path tracing with the same settings.
+
+Each scene is rendered by both with two seeds each, one after the other, in a process of its own. Measured are the
+difference of the converged pictures (free of noise: products of two seeds), the noise, and the seconds of processor
+time, pilot included. A line of the table is printed as soon as its scene is done.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import resource
+import subprocess
+import sys
+import tempfile
+import time
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from benchmark import scenes
+
+SEEDS = (11, 12)
+HEAD = ('scene', 'bound %', 'measured %', 'kept', 'noise: told %', 'AUTO %', 'Path %', 'pilot %', 'faster', 'chosen')
+WIDTHS = (18, 8, 12, 5, 14, 7, 7, 8, 7)
+
+
+def parse(arguments: list[str] | None) -> argparse.Namespace:
+    parser = argparse.ArgumentParser(
+        prog='auto_table', description=__doc__, formatter_class=argparse.RawTextHelpFormatter
+    )
+    there = ', '.join((*scenes.DEMOS, *scenes.open_names()))
+    parser.add_argument('scenes', metavar='SCENE', nargs='*', help=f'{there}, or a .blend file (default: all of them)')
+    parser.add_argument('--size', default='320x180', help='WxH (default: 320x180)')
+    parser.add_argument('--samples', type=int, default=128, help='of both (default: 128)')
+    parser.add_argument('--tolerance', type=float, default=1.0, help='percent of the mean (default: 1)')
+    parser.add_argument('--json', type=Path, help='everything measured')
+    parser.add_argument('--images', type=Path, help='folder for the pictures of both and their difference')
+    parser.add_argument('--worker', help=argparse.SUPPRESS)
+    options = parser.parse_args(arguments)
+    options.size = tuple(int(value) for value in options.size.lower().split('x'))
+    names = options.scenes or [*scenes.DEMOS, *scenes.open_names()]
+    try:
+        options.sources = [scenes.find(name) for name in names]
+    except ValueError as problem:
+        parser.error(str(problem))
+    return options
+
+
+# ---- One scene, in Blender
+
+
+def work(task: dict[str, Any]) -> dict[str, Any]:
+    """Both integrators with each seed. Files are pictures; figures are returned."""
+    import bpy
+    import cotorra
+
+    cotorra.register()
+    scenes.build(scenes.SceneSource(**task['source']))
+    scene = bpy.context.scene
+    set_up(scene, task)
+    found = {'PATH': [], 'AUTO': []}
+    for seed in SEEDS:
+        for integrator, entries in found.items():
+            scene.cotorra.integrator, scene.cotorra.seed = integrator, seed
+            scene.render.filepath = str(Path(task['folder'], f'{integrator}-{seed}.exr'))
+            entries.append(render(scene) | {'output': scene.render.filepath})
+    return found
+
+
+def set_up(scene: Any, task: dict[str, Any]) -> None:
+    """The scene's own limits hold, samples are the task's; what would hide noise or end a render early is off."""
+    from cotorra import compat
+
+    render = scene.render
+    render.engine = 'COTORRA'
+    render.resolution_x, render.resolution_y = task['size']
+    render.resolution_percentage = 100
+    render.use_border = render.use_compositing = render.use_sequencer = render.use_persistent_data = False
+    render.use_file_extension = False
+    compat.set_image_format(render.image_settings, 'OPEN_EXR')
+    render.image_settings.color_depth = '32'
+    render.image_settings.color_mode = 'RGB'
+    own = scene.cotorra
+    own.samples, own.auto_tolerance = task['samples'], task['tolerance']
+    own.use_adaptive_sampling = own.use_denoising = own.use_animated_seed = False
+    own.time_limit = 0.0
+    for layer in scene.view_layers:
+        layer.samples = 0
+
+
+def render(scene: Any) -> dict[str, Any]:
+    import bpy
+    from cotorra import stats
+
+    before, began = resource.getrusage(resource.RUSAGE_SELF), time.perf_counter()
+    bpy.ops.render.render(write_still=True)
+    after = resource.getrusage(resource.RUSAGE_SELF)
+    layer = asdict(stats.last(scene.name)[-1])
+    return {
+        'cpu': after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime,
+        'wall': time.perf_counter() - began,
+        'rays': sum(layer['rays'].values()),
+        'auto': layer['auto'],
+        **{key: layer[key] for key in ('pilot_seconds', 'render_seconds', 'samples', 'error')},
+    }
+
+
+# ---- The table
+
+
+def measure(found: dict[str, Any], images: dict[str, list[np.ndarray]]) -> dict[str, Any]:
+    """Figures of a scene, errors as shares of the mean."""
+    from cotorra.auto.measure import difference
+
+    path, auto = (np.stack(images[name]).reshape(len(SEEDS), -1, 3) for name in ('PATH', 'AUTO'))
+    mean = float(path.mean())
+    told = found['AUTO'][0]['auto']
+    apart = difference(path, auto, mean)
+    bound = told['difference']['high'] if told['difference'] else 0.0
+    seconds = {name: sum(entry['cpu'] for entry in entries) for name, entries in found.items()}
+    shared = [entry['pilot_seconds'] / (entry['pilot_seconds'] + entry['render_seconds']) for entry in found['AUTO']]
+    return {
+        'bound': bound,
+        'measured': asdict(apart),
+        'kept': apart.low <= bound or apart.value <= bound,
+        'noise_told': told['noise'],
+        'noise': {'AUTO': noise(auto, mean), 'PATH': noise(path, mean)},
+        'pilot': float(np.mean(shared)),
+        'faster': seconds['PATH'] / seconds['AUTO'],
+        'rays': sum(entry['rays'] for entry in found['PATH']) / sum(entry['rays'] for entry in found['AUTO']),
+        'told': told,
+        'cpu': seconds,
+    }
+
+
+def noise(pictures: np.ndarray, mean: float) -> float:
+    return float(np.sqrt(pictures.var(axis=0, ddof=1).mean()) / mean)
+
+
+def line(name: str, figures: dict[str, Any]) -> str:
+    def part(share: float | None) -> str:
+        return '-' if share is None else f'{100.0 * share:.2f}'
+
+    told = figures['told']
+    changed = [f'{row["name"]} {row["chosen"]} (of {row["asked"]})' for row in told['rows'] if row['simplified']]
+    measured = figures['measured']
+    cells = (
+        name,
+        part(figures['bound']),
+        f'{part(measured["value"])} ±{part((measured["high"] - measured["low"]) / 2)}',
+        'yes' if figures['kept'] else 'NO',
+        part(told['noise'][0] if told['noise'] else None),
+        part(figures['noise']['AUTO']),
+        part(figures['noise']['PATH']),
+        part(figures['pilot']),
+        f'{figures["faster"]:.2f}',
+        ', '.join(changed) or told['reason'] or 'all',
+    )
+    return '  '.join([cell.ljust(width) for cell, width in zip(cells, WIDTHS, strict=False)] + [cells[-1]])
+
+
+def summary(rows: dict[str, dict[str, Any]]) -> str:
+    ratios = np.array([figures['faster'] for figures in rows.values()])
+    kept = sum(figures['kept'] for figures in rows.values())
+    return (
+        f'\n{kept} of {len(rows)} within the stated bound; faster {np.exp(np.log(ratios).mean()):.2f} times in the '
+        f'geometric mean, {ratios.min():.2f} at least'
+    )
+
+
+def save_images(folder: Path, name: str, images: dict[str, list[np.ndarray]]) -> None:
+    from charting.pictures import save_png  # noqa: F401
+
+
+def run(source: scenes.SceneSource, options: argparse.Namespace) -> dict[str, Any]:
+    from compare import read_exr
+
+    with tempfile.TemporaryDirectory(prefix='cotorra-auto-') as folder:
+        task = {
+            'source': asdict(source),
+            'size': options.size,
+            'samples': options.samples,
+            'tolerance': options.tolerance,
+            'folder': folder,
+        }
+        (Path(folder) / 'task.json').write_text(json.dumps(task))
+        done = subprocess.run(
+            [sys.executable, __file__, '--worker', folder],
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            text=True,
+            errors='replace',
+        )
+        result = Path(folder) / 'result.json'
+        if not result.is_file():
+            words = '\n  '.join(done.stdout.splitlines()[-15:])
+            raise RuntimeError(f'{source.name}: exit status {done.returncode}\n  {words}')
+        found = json.loads(result.read_text())
+        images = {name: [read_exr(entry['output'])[0] for entry in entries] for name, entries in found.items()}
+        if options.images:
+            options.images.mkdir(parents=True, exist_ok=True)
+            np.savez_compressed(options.images / f'{source.name}.npz', **{k: np.stack(v) for k, v in images.items()})
+        return measure(found, images)
+
+
+def main(arguments: list[str] | None = None) -> int:
+    options = parse(arguments)
+    if options.worker:
+        folder = Path(options.worker)
+        found = work(json.loads((folder / 'task.json').read_text()))
+        (folder / 'result.json').write_text(json.dumps(found))
+        # Blender 4.5 hangs at exit while an engine written in Python is registered.
+        sys.stdout.flush()
+        os._exit(0)
+    rows: dict[str, dict[str, Any]] = {}
+    print('  '.join([cell.ljust(width) for cell, width in zip(HEAD, WIDTHS, strict=False)] + [HEAD[-1]]), flush=True)
+    for source in options.sources:
+        try:
+            rows[source.name] = run(source, options)
+        except RuntimeError as problem:
+            print(f'{problem}', flush=True)
+            continue
+        print(line(source.name, rows[source.name]), flush=True)
+        if options.json:
+            options.json.write_text(json.dumps(rows, indent=1))
+    if rows:
+        print(summary(rows))
+    return 0
+
+
+if __name__ == '__main__':
+    sys.exit(main())

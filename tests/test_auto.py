@@ -1,0 +1,198 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Integrator AUTO with the real native module: what it chooses for a scene, and whether its picture keeps its word.
+
+Decisions on made-up figures are test_auto_decisions.py's; times are scripts/auto_table's.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from types import ModuleType
+from typing import Any
+
+import bpy
+import numpy as np
+import pytest
+from cotorra import auto, choices, demos, export, native, stats
+from cotorra.auto import measure, pilot
+from cotorra.export.buffers import Camera, RenderSettings, SceneBuffers
+from cotorra.log import Cancelled, Log
+
+from render_calls import render_to, run_cli
+from scenes import build
+
+pytestmark = pytest.mark.usefixtures('engine')
+
+EVERY_ROW = frozenset(key for key, _, _ in choices.AUTO_ROWS)
+SIZE = (96, 54)
+ASKED = RenderSettings(samples=4096, threads=2)
+
+
+def exported(scene: bpy.types.Scene) -> tuple[SceneBuffers, Camera]:
+    scene.render.resolution_x, scene.render.resolution_y = SIZE
+    depsgraph = bpy.context.evaluated_depsgraph_get()
+    log = Log()
+    evaluated = depsgraph.scene_eval
+    camera = export.export_camera(evaluated, evaluated.camera, log)
+    return export.export_scene(depsgraph, evaluated, depsgraph.view_layer_eval, log), camera
+
+
+def chosen(
+    buffers: SceneBuffers, camera: Camera, asked: RenderSettings = ASKED, rows: frozenset[str] = EVERY_ROW, **more: Any
+) -> tuple[auto.Choice, Any]:
+    module = native.load()
+    built = module.Scene(buffers, threads=2, embree=native.embree_library())
+    trial = auto.Pilot(module, built, camera, more.pop('stop', lambda: None))
+    return auto.choose(trial, camera, asked, auto.facts(buffers), more.pop('tolerance', 0.01), rows), built
+
+
+def converged(
+    module: ModuleType, built: Any, camera: Camera, settings: tuple[RenderSettings, RenderSettings], samples: int
+) -> measure.Difference:
+    """Of the whole pictures, by other seeds than a pilot has."""
+    found = [
+        pilot.Pilot(module, built, camera, lambda: None).render(entry, samples, [7001, 7002, 7003, 7004]).pictures
+        for entry in settings
+    ]
+    return measure.difference(found[0], found[1], float(found[0].mean()))
+
+
+@pytest.mark.parametrize('name', ['box_room', 'three_lights', 'whitted_classic', 'material_grid'])
+def test_the_picture_differs_by_no_more_than_was_stated(name):
+    """The whole picture of what was chosen, beside that of what was asked for: as far as its noise lets us tell."""
+    buffers, camera = exported(demos.build(name))
+    found, built = chosen(buffers, camera)
+    limits = replace(found.settings, samples=ASKED.samples, adaptive=False)
+    if found.difference is None:
+        assert replace(limits, noise_threshold=ASKED.noise_threshold, adaptive_min_samples=0) == ASKED
+        assert not any(row.simplified for row in found.rows if row.key != 'sampling')
+        return
+    assert found.difference.high <= 0.01
+    apart = converged(native.load(), built, camera, (ASKED, limits), 32)
+    assert apart.low <= found.difference.high, (found.figures(), apart)
+    assert found.rays < 1.0 and any(row.simplified for row in found.rows)
+
+
+def lone_floor() -> bpy.types.Scene:
+    """A grey floor below a lamp, alone: light that bounces leaves the scene."""
+    scene = build.new_scene()
+    square = build.mesh_object(scene, 'Floor')
+    square.data.materials.append(build.material('Grey', Base_Color=(0.5, 0.5, 0.5, 1.0), Roughness=1.0))
+    build.light(scene, 'POINT', energy=100.0, shadow_soft_size=0.5).location = (0.5, 0.0, 2.0)
+    view = build.camera(scene, type='ORTHO', ortho_scale=1.8)
+    view.location = (0.0, 0.0, 5.0)
+    scene.render.engine = 'COTORRA'
+    return scene
+
+
+def test_direct_suffices_where_nothing_comes_back():
+    found, _ = chosen(*exported(lone_floor()))
+    assert found.settings.integrator == 'DIRECT' and found.difference.high == 0.0
+    assert any('Integrator Direct instead of Path' in text for text in found.sentences())
+
+
+@pytest.mark.parametrize('key', ['integrator', 'sampling'])
+def test_a_row_that_is_switched_off_is_obeyed(key):
+    """The floor's noise is far below 1 % with 4,096 samples, so that both rows are simplified while they are on."""
+    buffers, camera = exported(lone_floor())
+    everything, _ = chosen(buffers, camera)
+    assert {'integrator', 'sampling'} <= {row.key for row in everything.rows if row.simplified}
+    without, _ = chosen(buffers, camera, rows=EVERY_ROW - {key})
+    assert not any(row.simplified for row in without.rows if row.key == key)
+    if key == 'integrator':
+        assert without.settings.integrator == 'PATH'
+    else:
+        assert (without.settings.samples, without.settings.adaptive) == (ASKED.samples, False)
+    nothing, _ = chosen(buffers, camera, rows=frozenset())
+    assert nothing.settings == ASKED and 'switched off' in nothing.reason and nothing.pilot is None
+
+
+def glass_and_sun(angle: float) -> bpy.types.Scene:
+    scene = lone_floor()
+    bpy.data.objects.remove(scene.objects['Point'])
+    build.light(scene, 'SUN', energy=2.0, angle=angle).location = (0.0, 0.0, 3.0)
+    ball = build.mesh_object(scene, 'Ball')
+    ball.location, ball.scale = (0.0, 0.0, 1.0), (0.3, 0.3, 0.3)
+    ball.data.materials.append(build.material('Lens', Transmission_Weight=1.0, Roughness=0.0))
+    return scene
+
+
+def test_caustics_that_a_pilot_would_miss_forbid_it():
+    """The sun's half degree behind glass: of so few paths none would meet it. A wide sun they meet."""
+    buffers, camera = exported(glass_and_sun(0.009))
+    found, _ = chosen(buffers, camera)
+    assert found.settings == ASKED and found.pilot is None
+    assert found.reason.startswith('"Lens" (glass) may throw caustics of light "Sun"')
+    assert found.sentences()[0].startswith('AUTO models everything: "Lens"')
+    # Where refractive caustics are not rendered, there are none to miss.
+    found, _ = chosen(buffers, camera, replace(ASKED, refractive_caustics=False))
+    assert 'caustics' not in found.reason
+    wide, _ = chosen(*exported(glass_and_sun(1.0)))
+    assert 'caustics' not in wide.reason
+
+
+def test_a_short_render_has_no_pilot():
+    found, _ = chosen(*exported(lone_floor()), replace(ASKED, samples=4))
+    assert found.settings == replace(ASKED, samples=4)
+    assert found.pilot is None and 'too short' in found.reason
+
+
+def test_a_black_picture_is_told_of():
+    scene = lone_floor()
+    scene.objects['Point'].data.energy = 0.0
+    found, _ = chosen(*exported(scene))
+    assert found.settings == ASKED and 'black' in found.reason
+
+
+def test_the_choice_is_the_same_for_any_number_of_threads():
+    buffers, camera = exported(demos.build('box_room'))
+    asked = replace(ASKED, samples=1024)
+    one, _ = chosen(buffers, camera, replace(asked, threads=1))
+    three, _ = chosen(buffers, camera, replace(asked, threads=3))
+    assert replace(one.settings, threads=3) == three.settings
+    assert one.difference == three.difference and one.rows == three.rows
+
+
+def test_a_pilot_ends_where_the_user_stops_it():
+    def stop() -> None:
+        raise Cancelled
+
+    with pytest.raises(Cancelled):
+        chosen(*exported(demos.build('box_room')), stop=stop)
+
+
+@pytest.mark.parametrize('region', [(0, 0, 320, 180), (40, 30, 200, 100)])
+def test_small_pixels_lie_in_the_whole_picture(region):
+    """Corner by corner, on the plane of the window; and a pixel's filter is as wide as the whole picture's."""
+    camera = Camera('PERSP', np.eye(3, 4, dtype=np.float32), (-0.8, 0.4, -0.3, 0.5), (0.1, 100.0), (320, 180), region)
+    small = pilot.small_camera(camera, 43, 24)
+    wide, high = 1.2 / 320, 0.8 / 180
+    left, bottom = -0.8 + wide * region[0], -0.3 + high * region[1]
+    wanted = (left, left + wide * region[2], bottom, bottom + high * region[3])
+    assert small.window == pytest.approx(wanted)
+    assert small.resolution == (43, 24) and small.region == (0, 0, 43, 24)
+    areas = [wide * high * camera.filter_width**2, wide * region[2] / 43 * high * region[3] / 24]
+    assert small.filter_width**2 * areas[1] == pytest.approx(areas[0])
+
+
+def test_a_render_tells_what_was_chosen(tmp_path):
+    """Through Blender: the picture is that of Direct, the log and the figures say so."""
+    scene = lone_floor()
+    scene.render.resolution_x, scene.render.resolution_y = 64, 64
+    own = scene.cotorra
+    own.integrator, own.samples, own.use_auto_sampling = 'AUTO', 1024, False
+    render_to(scene, tmp_path / 'auto.exr')
+    layer = stats.last(scene.name)[-1]
+    assert not layer.error and layer.integrator == 'DIRECT' and layer.pilot_seconds > 0.0
+    assert layer.auto['pilot']['share'] <= 0.05
+    rows = {row['key']: row for row in layer.auto['rows']}
+    assert rows['integrator']['chosen'] == 'Direct' and rows['sampling']['why'] == 'switched off'
+    assert layer.samples == 1024
+
+
+def test_the_command_line_says_it(tmp_path):
+    code, told = run_cli(
+        *('render', '--demo', 'box_room', '-o', tmp_path / 'a.png', '--size', '32x18', '--samples', '2'),
+        *('--integrator', 'auto'),
+    )
+    assert code == 0 and 'AUTO models everything: the render is too short for a pilot' in told

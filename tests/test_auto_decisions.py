@@ -1,0 +1,229 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What integrator AUTO decides, on made-up figures: no scene, no render, no Blender.
+
+Renders that it decided on are test_auto.py's.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from cotorra.auto import measure, plan
+from cotorra.auto.measure import Difference, Noise
+from cotorra.auto.plan import LIMITS, Probe, Sampling, Search, Spent
+
+TOLERANCE = 0.01
+LIMITS_SET = dict(zip(LIMITS, (12, 4, 4, 12, 8), strict=True))
+
+
+def pictures(chance: np.random.Generator, truth: np.ndarray, noise: float, seeds: int = 4) -> np.ndarray:
+    return truth + noise * chance.standard_normal((seeds, *truth.shape))
+
+
+# ---- Measures
+
+
+def test_the_interval_holds_the_difference_as_often_as_it_says():
+    """Of 400 pairs of noisy pictures, those of one pair sharing half of their noise. With the right deviation, 95 % of
+    the intervals hold; beyond four deviations of that count (1.1 % each) the interval is wrong."""
+    chance = np.random.default_rng(1)
+    truth = np.full((1024, 3), 0.5)
+    other = truth * (1.0 + 0.02 * chance.standard_normal((1024, 1)))
+    # The mean that an average choice of pixels has: the pixels are a sample of the picture's.
+    wanted, held = 0.02, 0
+    for _ in range(400):
+        other = truth * (1.0 + 0.02 * chance.standard_normal((1024, 1)))
+        shared = pictures(chance, np.zeros((1024, 3)), 0.05)
+        a, b = (shared + pictures(chance, part, 0.05) for part in (truth, other))
+        found = measure.difference(a, b, 0.5)
+        held += found.low <= wanted <= found.high
+    assert 0.95 - 4 * 0.011 <= held / 400 <= 0.95 + 4 * 0.011
+
+
+def test_noise_alone_makes_no_difference():
+    """The mean of 100 estimates of a squared difference that is 0: within four deviations of 0, which a plain mean of
+    squares, 0.02 here, is not."""
+    chance = np.random.default_rng(2)
+    truth = np.full((256, 3), 1.0)
+    squares = []
+    for _ in range(100):
+        a, b = pictures(chance, truth, 0.1), pictures(chance, truth, 0.1)
+        d = a - b
+        squares.append(float(((d.sum(axis=0) ** 2 - (d**2).sum(axis=0)) / 12).mean()))
+        assert measure.difference(a, b, 1.0).value == pytest.approx(max(squares[-1], 0.0) ** 0.5)
+    assert abs(np.mean(squares)) < 4 * np.std(squares) / 10
+
+
+def test_noise_of_one_sample_from_pictures_of_several():
+    chance = np.random.default_rng(3)
+    found = measure.noise(pictures(chance, np.full((4096, 3), 0.25), 0.1 / 4.0, 8), 16, 0.25)
+    assert found.variance.mean() == pytest.approx((0.1 / 0.25) ** 2, rel=0.02)
+    # film_error of one sample: sqrt(2 / pi) of the deviation, three channels, over the root of their sum.
+    # The root of a variance of seven degrees of freedom is 3.5 % low in the mean (c4 of 8 samples is 0.965).
+    assert found.error.mean() == pytest.approx(0.965 * 0.798 * 3 * 0.1 / 0.75**0.5, rel=0.01)
+    assert not found.dominated
+
+
+def test_a_few_pixels_dominate():
+    """Fireflies: 2 of 1,024 pixels that hold most of it."""
+    quiet = np.zeros((4, 1024, 3))
+    loud = quiet.copy()
+    loud[:, 100] = 5.0
+    loud[:, 200] = -5.0
+    found = measure.difference(quiet, loud, 1.0)
+    assert found.dominated and found.pixels == pytest.approx(2.0)
+    even = measure.difference(quiet, quiet + 0.1, 1.0)
+    assert even.pixels == pytest.approx(1024.0) and not even.dominated
+    assert even.value == pytest.approx(0.1)
+
+
+@pytest.mark.parametrize('shape', [(1, 5, 3), (4, 5), (4, 5, 4)])
+def test_pictures_of_another_shape_are_refused(shape):
+    with pytest.raises(ValueError, match='seeds'):
+        measure.noise(np.zeros(shape), 4, 1.0)
+    with pytest.raises(ValueError):
+        measure.difference(np.zeros((2, 5, 3)), np.zeros((2, 6, 3)), 1.0)
+    with pytest.raises(ValueError, match='positive'):
+        measure.difference(np.zeros((2, 5, 3)), np.zeros((2, 5, 3)), 0.0)
+
+
+# ---- Budget
+
+
+@pytest.mark.parametrize('size', [(320, 180), (1920, 1080), (64, 64), (4000, 20), (1, 3000)])
+@pytest.mark.parametrize('samples', [1, 16, 64, 1024, 65536])
+def test_a_pilot_takes_no_more_than_its_share(size, samples):
+    found = plan.budget(*size, samples)
+    whole = size[0] * size[1] * samples
+    if found is None:
+        assert plan.PILOT_SHARE * whole < max(plan.PATHS_MIN, 1.6 * 14 * plan.SEEDS * plan.PIXELS)
+        return
+    pixels = found.width * found.height
+    spent = plan.SEEDS * pixels * (plan.SETTINGS * found.search + plan.VERIFIED * found.verify)
+    assert spent <= found.paths <= 0.05 * whole
+    assert 1 <= found.width <= size[0] and 1 <= found.height <= size[1]
+
+
+# ---- Limits
+
+
+def made_up(needed: dict[str, float], high: float = 1.2, share: dict[str, float] | None = None):
+    """A probe of a scene in which each limit below `needed` makes 3 % of difference, and saves rays."""
+
+    def probe(limits: dict[str, int]) -> Probe:
+        value = 0.03 if any(limits[name] < least for name, least in needed.items()) else 0.004
+        rays = 1.0 - sum(
+            (share or dict.fromkeys(LIMITS, 0.02))[name] * (LIMITS_SET[name] - limits[name]) for name in LIMITS
+        )
+        return Probe(Difference(value, value / 2, value * high, 500.0), rays)
+
+    return probe
+
+
+@pytest.mark.parametrize(
+    'needed',
+    [(0, 0, 0, 0, 0), (3, 1, 2, 3, 4), (12, 4, 4, 12, 8), (1, 0, 1, 0, 8), (5, 3, 0, 5, 1)],
+)
+def test_limits_are_the_lowest_of_the_ladder_that_suffice(needed):
+    wanted = dict(zip(LIMITS, needed, strict=True))
+    found = Search(dict(LIMITS_SET), made_up(wanted), TOLERANCE, frozenset({*LIMITS, 'integrator'})).run()
+    for name, least in wanted.items():
+        enough = next((value for value in plan.LADDER if value >= least), None)
+        total = found['max_bounces']
+        if name in ('diffuse_bounces', 'glossy_bounces', 'transmission_bounces'):
+            enough = min(enough, total)
+        assert found[name] == min(enough, LIMITS_SET[name]), name
+
+
+def test_what_is_switched_off_stays():
+    everything = made_up(dict.fromkeys(LIMITS, 0))
+    for off in LIMITS[1:]:
+        allowed = frozenset({*LIMITS[1:], 'integrator'}) - {off, 'integrator'}
+        search = Search(dict(LIMITS_SET), everything, TOLERANCE, allowed)
+        found = search.run()
+        assert found[off] == LIMITS_SET[off] and search.why(off) == 'switched off'
+        assert found['max_bounces'] == LIMITS_SET['max_bounces']
+        assert all(found[name] == 0 for name in LIMITS[1:] if name != off)
+    search = Search(dict(LIMITS_SET), everything, TOLERANCE, frozenset(LIMITS))
+    assert search.run()['max_bounces'] == 1, 'Direct is another row'
+    search = Search(dict(LIMITS_SET), everything, TOLERANCE, frozenset({'integrator'}))
+    assert search.run()['max_bounces'] == 0
+
+
+def test_a_wide_interval_simplifies_nothing():
+    search = Search(dict(LIMITS_SET), made_up(dict.fromkeys(LIMITS, 0), high=3.0), TOLERANCE, frozenset(LIMITS))
+    assert search.run() == LIMITS_SET
+    assert all('cannot tell' in search.why(name) for name in LIMITS)
+
+
+def test_fireflies_simplify_nothing():
+    def probe(limits: dict[str, int]) -> Probe:
+        return Probe(Difference(0.004, 0.0, 0.008, 2.0), 0.5)
+
+    search = Search(dict(LIMITS_SET), probe, TOLERANCE, frozenset(LIMITS))
+    assert search.run() == LIMITS_SET
+    assert all('a few pixels decide' in search.why(name) for name in LIMITS)
+
+
+def test_what_saves_nothing_stays():
+    nothing = made_up(dict.fromkeys(LIMITS, 0), share=dict.fromkeys(LIMITS, 0.0))
+    search = Search(dict(LIMITS_SET), nothing, TOLERANCE, frozenset(LIMITS))
+    assert search.run() == LIMITS_SET
+    assert all('saves nothing' in search.why(name) for name in LIMITS)
+
+
+def test_a_search_ends_where_its_paths_do():
+    count = 0
+
+    def probe(limits: dict[str, int]) -> Probe:
+        nonlocal count
+        count += 1
+        if count > 5:
+            raise Spent
+        return made_up({'max_bounces': 3})(limits)
+
+    search = Search(dict(LIMITS_SET), probe, TOLERANCE, frozenset(LIMITS))
+    found = search.run()
+    assert search.spent and found['max_bounces'] == 3
+    assert 'too short' in search.why('transparent_bounces')
+
+
+# ---- Samples
+
+
+def even(variance: float, pixels: int = 1024) -> Noise:
+    """Noise that is the same everywhere, in a picture whose mean is 1 / 3 a channel."""
+    error = 0.798 * 3 * (variance**0.5 / 3.0)
+    return Noise(np.full(pixels, variance), np.full(pixels, error), 1024.0)
+
+
+def test_samples_are_as_few_as_the_tolerance_allows():
+    """One sample's noise is 20 % of the mean, and 1 % is asked for: 400 samples, the next end of a pass being 416."""
+    found = plan.sampling(Sampling(4096), even(0.04), 0.0, TOLERANCE)
+    taken = found.work(even(0.04))
+    assert 400 <= taken <= 416 and found.error(even(0.04))[1] <= TOLERANCE
+    # Half of the tolerance squared is used up: twice as many.
+    found = plan.sampling(Sampling(4096), even(0.04), 0.01 * 0.5**0.5, TOLERANCE)
+    assert 800 <= found.work(even(0.04)) <= 832
+
+
+def test_even_noise_above_the_tolerance_keeps_the_samples():
+    assert plan.sampling(Sampling(64), even(4.0), 0.0, TOLERANCE) == Sampling(64)
+
+
+def test_uneven_noise_moves_samples_to_where_it_is():
+    """A tenth of the pixels has 100 times the variance of the others: they get more samples than were set, the others
+    fewer, and the noise is no greater."""
+    variance = np.where(np.arange(1000) % 10 == 0, 10.0, 0.1)
+    uneven = Noise(variance, 0.8 * np.sqrt(variance), 300.0)
+    asked = Sampling(64)
+    found = plan.sampling(asked, uneven, 0.0, TOLERANCE)
+    assert found.adaptive and found.samples == 256
+    assert found.error(uneven)[0] <= asked.error(uneven)[0]
+    assert found.work(uneven) <= 0.8 * asked.work(uneven)
+    assert set(found.taken(uneven)) <= set(plan.pass_ends(256))
+
+
+def test_pass_ends_are_the_native_modules():
+    assert plan.pass_ends(100) == [1, 2, 4, 8, 16, 32, 64, 96, 100]
+    assert plan.pass_ends(1) == [1]
