@@ -37,7 +37,9 @@ def parse(arguments: list[str] | None) -> argparse.Namespace:
     parser.add_argument('scenes', metavar='SCENE', nargs='*', help=f'{there}, or a .blend file (default: all of them)')
     parser.add_argument('--size', default='320x180', help='WxH (default: 320x180)')
     parser.add_argument('--samples', type=int, default=128, help='of both (default: 128)')
-    parser.add_argument('--tolerance', type=float, default=1.0, help='percent of the mean (default: 1)')
+    parser.add_argument(
+        '--tolerance', type=float, nargs='+', default=[1.0], help='percent of the mean (default: 1); one table each'
+    )
     parser.add_argument('--json', type=Path, help='everything measured')
     parser.add_argument('--images', type=Path, help='folder for the pictures of both and their difference')
     parser.add_argument('--worker', help=argparse.SUPPRESS)
@@ -63,13 +65,19 @@ def work(task: dict[str, Any]) -> dict[str, Any]:
     scenes.build(scenes.SceneSource(**task['source']))
     scene = bpy.context.scene
     set_up(scene, task)
-    found = {'PATH': [], 'AUTO': []}
+    found = {name: [] for name in ('PATH', *map(auto_name, task['tolerances']))}
     for seed in SEEDS:
-        for integrator, entries in found.items():
-            scene.cotorra.integrator, scene.cotorra.seed = integrator, seed
-            scene.render.filepath = str(Path(task['folder'], f'{integrator}-{seed}.exr'))
+        for name, entries in found.items():
+            scene.cotorra.integrator, scene.cotorra.seed = name.split(' ')[0], seed
+            if name != 'PATH':
+                scene.cotorra.auto_tolerance = float(name.split(' ')[1])
+            scene.render.filepath = str(Path(task['folder'], f'{name}-{seed}.exr'))
             entries.append(render(scene) | {'output': scene.render.filepath})
     return found
+
+
+def auto_name(tolerance: float) -> str:
+    return f'AUTO {tolerance:g}'
 
 
 def set_up(scene: Any, task: dict[str, Any]) -> None:
@@ -86,7 +94,7 @@ def set_up(scene: Any, task: dict[str, Any]) -> None:
     render.image_settings.color_depth = '32'
     render.image_settings.color_mode = 'RGB'
     own = scene.cotorra
-    own.samples, own.auto_tolerance = task['samples'], task['tolerance']
+    own.samples = task['samples']
     own.use_adaptive_sampling = own.use_denoising = own.use_animated_seed = False
     own.time_limit = 0.0
     for layer in scene.view_layers:
@@ -113,17 +121,18 @@ def render(scene: Any) -> dict[str, Any]:
 # ---- The table
 
 
-def measure(found: dict[str, Any], images: dict[str, list[np.ndarray]]) -> dict[str, Any]:
+def measure(found: dict[str, Any], images: dict[str, list[np.ndarray]], tolerance: float) -> dict[str, Any]:
     """Figures of a scene, errors as shares of the mean."""
     from cotorra.auto.measure import difference
 
-    path, auto = (np.stack(images[name]).reshape(len(SEEDS), -1, 3) for name in ('PATH', 'AUTO'))
+    name = auto_name(tolerance)
+    path, auto = (np.stack(images[key]).reshape(len(SEEDS), -1, 3).astype(np.float64) for key in ('PATH', name))
     mean = float(path.mean())
-    told = found['AUTO'][0]['auto']
+    told = found[name][0]['auto']
     apart = difference(path, auto, mean)
     bound = told['difference']['high'] if told['difference'] else 0.0
-    seconds = {name: sum(entry['cpu'] for entry in entries) for name, entries in found.items()}
-    shared = [entry['pilot_seconds'] / (entry['pilot_seconds'] + entry['render_seconds']) for entry in found['AUTO']]
+    seconds = {key: sum(entry['cpu'] for entry in found[key]) for key in ('PATH', name)}
+    shared = [entry['pilot_seconds'] / (entry['pilot_seconds'] + entry['render_seconds']) for entry in found[name]]
     return {
         'bound': bound,
         'measured': asdict(apart),
@@ -131,8 +140,8 @@ def measure(found: dict[str, Any], images: dict[str, list[np.ndarray]]) -> dict[
         'noise_told': told['noise'],
         'noise': {'AUTO': noise(auto, mean), 'PATH': noise(path, mean)},
         'pilot': float(np.mean(shared)),
-        'faster': seconds['PATH'] / seconds['AUTO'],
-        'rays': sum(entry['rays'] for entry in found['PATH']) / sum(entry['rays'] for entry in found['AUTO']),
+        'faster': seconds['PATH'] / seconds[name],
+        'rays': sum(entry['rays'] for entry in found['PATH']) / sum(entry['rays'] for entry in found[name]),
         'told': told,
         'cpu': seconds,
     }
@@ -168,16 +177,13 @@ def summary(rows: dict[str, dict[str, Any]]) -> str:
     ratios = np.array([figures['faster'] for figures in rows.values()])
     kept = sum(figures['kept'] for figures in rows.values())
     return (
-        f'\n{kept} of {len(rows)} within the stated bound; faster {np.exp(np.log(ratios).mean()):.2f} times in the '
+        f'{kept} of {len(rows)} within the stated bound; faster {np.exp(np.log(ratios).mean()):.2f} times in the '
         f'geometric mean, {ratios.min():.2f} at least'
     )
 
 
-def save_images(folder: Path, name: str, images: dict[str, list[np.ndarray]]) -> None:
-    from charting.pictures import save_png  # noqa: F401
-
-
-def run(source: scenes.SceneSource, options: argparse.Namespace) -> dict[str, Any]:
+def run(source: scenes.SceneSource, options: argparse.Namespace) -> dict[float, dict[str, Any]]:
+    """Figures by tolerance. Raises RuntimeError with the last words of the process that failed."""
     from compare import read_exr
 
     with tempfile.TemporaryDirectory(prefix='cotorra-auto-') as folder:
@@ -185,7 +191,7 @@ def run(source: scenes.SceneSource, options: argparse.Namespace) -> dict[str, An
             'source': asdict(source),
             'size': options.size,
             'samples': options.samples,
-            'tolerance': options.tolerance,
+            'tolerances': options.tolerance,
             'folder': folder,
         }
         (Path(folder) / 'task.json').write_text(json.dumps(task))
@@ -204,8 +210,19 @@ def run(source: scenes.SceneSource, options: argparse.Namespace) -> dict[str, An
         images = {name: [read_exr(entry['output'])[0] for entry in entries] for name, entries in found.items()}
         if options.images:
             options.images.mkdir(parents=True, exist_ok=True)
-            np.savez_compressed(options.images / f'{source.name}.npz', **{k: np.stack(v) for k, v in images.items()})
-        return measure(found, images)
+            for tolerance in options.tolerance:
+                save(options.images / f'{source.name}-{tolerance:g}.png', images, tolerance)
+        return {tolerance: measure(found, images, tolerance) for tolerance in options.tolerance}
+
+
+def save(path: Path, images: dict[str, list[np.ndarray]], tolerance: float) -> None:
+    """Both pictures and their difference."""
+    from compare import draw
+    from metrics import Reference, same_image
+
+    name = auto_name(tolerance)
+    auto, full = Reference.from_halves(*images[name]), Reference.from_halves(*images['PATH'])
+    draw(path, auto.image, full.image, same_image(auto, full), (name, 'Path'))
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -217,19 +234,23 @@ def main(arguments: list[str] | None = None) -> int:
         # Blender 4.5 hangs at exit while an engine written in Python is registered.
         sys.stdout.flush()
         os._exit(0)
-    rows: dict[str, dict[str, Any]] = {}
-    print('  '.join([cell.ljust(width) for cell, width in zip(HEAD, WIDTHS, strict=False)] + [HEAD[-1]]), flush=True)
+    tables: dict[float, dict[str, dict[str, Any]]] = {tolerance: {} for tolerance in options.tolerance}
+    head = [cell.ljust(width) for cell, width in zip(('tol %', *HEAD), (5, *WIDTHS), strict=False)]
+    print('  '.join([*head, HEAD[-1]]), flush=True)
     for source in options.sources:
         try:
-            rows[source.name] = run(source, options)
+            found = run(source, options)
         except RuntimeError as problem:
             print(f'{problem}', flush=True)
             continue
-        print(line(source.name, rows[source.name]), flush=True)
+        for tolerance, figures in found.items():
+            tables[tolerance][source.name] = figures
+            print(f'{tolerance:<5g}  {line(source.name, figures)}', flush=True)
         if options.json:
-            options.json.write_text(json.dumps(rows, indent=1))
-    if rows:
-        print(summary(rows))
+            options.json.write_text(json.dumps(tables, indent=1))
+    for tolerance, rows in tables.items():
+        if rows:
+            print(f'\ntolerance {tolerance:g} %: {summary(rows)}')
     return 0
 
 

@@ -59,8 +59,7 @@ def test_noise_of_one_sample_from_pictures_of_several():
     found = measure.noise(pictures(chance, np.full((4096, 3), 0.25), 0.1 / 4.0, 8), 16, 0.25)
     assert found.variance.mean() == pytest.approx((0.1 / 0.25) ** 2, rel=0.02)
     # film_error of one sample: sqrt(2 / pi) of the deviation, three channels, over the root of their sum.
-    # The root of a variance of seven degrees of freedom is 3.5 % low in the mean (c4 of 8 samples is 0.965).
-    assert found.error.mean() == pytest.approx(0.965 * 0.798 * 3 * 0.1 / 0.75**0.5, rel=0.01)
+    assert found.error.mean() == pytest.approx((2.0 / np.pi) ** 0.5 * 3 * 0.1 / 0.75**0.5, rel=0.01)
     assert not found.dominated
 
 
@@ -199,16 +198,16 @@ def even(variance: float, pixels: int = 1024) -> Noise:
 
 def test_samples_are_as_few_as_the_tolerance_allows():
     """One sample's noise is 20 % of the mean, and 1 % is asked for: 400 samples, the next end of a pass being 416."""
-    found = plan.sampling(Sampling(4096), even(0.04), 0.0, TOLERANCE)
+    found = plan.sampling(Sampling(4096), even(0.04), even(0.04), 0.0, TOLERANCE)
     taken = found.work(even(0.04))
     assert 400 <= taken <= 416 and found.error(even(0.04))[1] <= TOLERANCE
     # Half of the tolerance squared is used up: twice as many.
-    found = plan.sampling(Sampling(4096), even(0.04), 0.01 * 0.5**0.5, TOLERANCE)
+    found = plan.sampling(Sampling(4096), even(0.04), even(0.04), 0.01 * 0.5**0.5, TOLERANCE)
     assert 800 <= found.work(even(0.04)) <= 832
 
 
 def test_even_noise_above_the_tolerance_keeps_the_samples():
-    assert plan.sampling(Sampling(64), even(4.0), 0.0, TOLERANCE) == Sampling(64)
+    assert plan.sampling(Sampling(64), even(4.0), even(4.0), 0.0, TOLERANCE) == Sampling(64)
 
 
 def test_uneven_noise_moves_samples_to_where_it_is():
@@ -217,11 +216,20 @@ def test_uneven_noise_moves_samples_to_where_it_is():
     variance = np.where(np.arange(1000) % 10 == 0, 10.0, 0.1)
     uneven = Noise(variance, 0.8 * np.sqrt(variance), 300.0)
     asked = Sampling(64)
-    found = plan.sampling(asked, uneven, 0.0, TOLERANCE)
+    found = plan.sampling(asked, uneven, uneven, 0.0, TOLERANCE)
     assert found.adaptive and found.samples == 256
     assert found.error(uneven)[0] <= asked.error(uneven)[0]
     assert found.work(uneven) <= 0.8 * asked.work(uneven)
     assert set(found.taken(uneven)) <= set(plan.pass_ends(256))
+
+
+def test_less_noise_needs_fewer_samples():
+    """Without its bounces, the picture has a fourth of the variance: a fourth of the samples leave as much noise, less
+    what the difference takes."""
+    found = plan.sampling(Sampling(256), even(1.0), even(4.0), 0.0, TOLERANCE)
+    assert found.work(even(1.0)) == 64 and not found.adaptive
+    found = plan.sampling(Sampling(256), even(1.0), even(4.0), 0.01, TOLERANCE)
+    assert found.work(even(1.0)) == 96
 
 
 def test_pass_ends_are_the_native_modules():

@@ -171,10 +171,6 @@ class Trial:
         self.mean = float(self.base.pictures.mean())
         if not self.mean > 0.0:
             return replace(everything, reason='the picture of the pilot is black', pilot=self.cost())
-        if measure.noise(self.base.pictures, self.spend.search, self.mean).dominated:
-            return replace(
-                everything, reason='fireflies make most of the noise: a pilot cannot tell', pilot=self.cost()
-            )
         limits = {name: getattr(self.asked, name) for name in LIMITS}
         search = plan.Search(
             limits,
@@ -184,12 +180,12 @@ class Trial:
             self.found.present,
         )
         chosen = with_limits(self.asked, search.run())
-        difference, rays, noise, why = self.verified(chosen)
+        difference, rays, noise, before, why = self.verified(chosen)
         if difference is None:
             chosen = self.asked
         rows = self.limit_rows(search, chosen, why)
         room = difference.high if difference is not None else 0.0
-        chosen, row, expected, samples = self.sampled(chosen, noise, room)
+        chosen, row, expected, samples = self.sampled(chosen, noise, before, room)
         rows.append(row)
         return Choice(
             chosen,
@@ -220,21 +216,25 @@ class Trial:
             self.known[key] = plan.Probe(apart, other.rays / self.base.rays)
         return self.known[key]
 
-    def verified(self, chosen: RenderSettings) -> tuple[Difference | None, float, Noise, str]:
+    def verified(self, chosen: RenderSettings) -> tuple[Difference | None, float, Noise, Noise, str]:
         """The difference of what was found, from seeds that it was not found by; None where that is nothing, or fails.
 
-        With it: rays as a share of the base's, noise of a sample, and why it failed.
+        With it: rays as a share of the base's, noise of a sample with and without it, and why it failed.
         """
-        base = self.render(self.asked, self.spend.verify, VERIFY)
+        pixels = self.spend.width * self.spend.height
+        count = 1 if chosen == self.asked else plan.VERIFIED
+        samples = min((self.spend.paths - self.pilot.paths) // (count * plan.SEEDS * pixels), plan.SAMPLES_MAX)
+        base = self.render(self.asked, samples, VERIFY)
+        before = measure.noise(base.pictures, samples, self.mean)
         if chosen == self.asked:
-            return None, 1.0, measure.noise(base.pictures, self.spend.verify, self.mean), ''
-        other = self.render(chosen, self.spend.verify, VERIFY)
+            return None, 1.0, before, before, ''
+        other = self.render(chosen, samples, VERIFY)
         apart = measure.difference(base.pictures, other.pictures, self.mean)
         probe = plan.Probe(apart, other.rays / base.rays)
         if not probe.suffices(self.tolerance):
             why = f'other seeds do not confirm it: together they make {plan.interval(apart)} of difference'
-            return None, 1.0, measure.noise(base.pictures, self.spend.verify, self.mean), why
-        return apart, probe.rays, measure.noise(other.pictures, self.spend.verify, self.mean), ''
+            return None, 1.0, before, before, why
+        return apart, probe.rays, measure.noise(other.pictures, samples, self.mean), before, ''
 
     def limit_rows(self, search: plan.Search, chosen: RenderSettings, why: str) -> list[Row]:
         direct = chosen.integrator == 'DIRECT'
@@ -254,19 +254,19 @@ class Trial:
         return rows
 
     def sampled(
-        self, chosen: RenderSettings, noise: Noise, bias: float
+        self, chosen: RenderSettings, noise: Noise, before: Noise, bias: float
     ) -> tuple[RenderSettings, Row, tuple[float, float], float]:
         """Settings with the samples that suffice, their row, the noise left, and samples as a share."""
         asked = sampling_of(self.asked)
         best, why = asked, 'as few as suffice'
         if 'sampling' not in self.allowed:
             why = 'switched off'
-        elif noise.dominated:
+        elif noise.dominated or before.dominated:
             why = 'the pilot cannot tell: a few pixels make most of the noise'
         else:
-            best = plan.sampling(asked, noise, bias, self.tolerance)
+            best = plan.sampling(asked, noise, before, bias, self.tolerance)
             if best != asked:
-                why = f'leaves noise of {percent(best.error(noise)[0])}, as asked {percent(asked.error(noise)[0])}'
+                why = f'leaves noise of {percent(best.error(noise)[0])}, as asked {percent(asked.error(before)[0])}'
         settings = replace(
             chosen,
             samples=best.samples,
@@ -274,7 +274,7 @@ class Trial:
             noise_threshold=best.threshold,
             adaptive_min_samples=best.least,
         )
-        share = best.work(noise) / asked.work(noise)
+        share = best.work(noise) / asked.work(before)
         return settings, Row('sampling', asked.words(), best.words(), why), best.error(noise), share
 
     def cost(self) -> dict[str, Any]:
@@ -282,7 +282,7 @@ class Trial:
         return {
             'width': self.spend.width,
             'height': self.spend.height,
-            'samples': [self.spend.search, self.spend.verify],
+            'samples': self.spend.search,
             'seeds': plan.SEEDS,
             'settings': self.settings_seen,
             'paths': self.pilot.paths,

@@ -89,10 +89,12 @@ def noise(pictures: Pictures, samples: int, mean: float) -> Noise:
     """What one sample of each pixel varies by, from renders of `samples` each."""
     check(pictures)
     variances = pictures.var(axis=0, ddof=1) * samples
-    # film_error is the sum over the channels of the halves' difference, whose deviation is that of the mean. Of a
-    # normal distribution, the mean of the absolute value is sqrt(2 / pi) deviations.
+    # film_error sums over the channels what all samples and every second one differ by: half of what two independent
+    # halves do. Two pictures of n samples differ by as much as halves of 2 n samples.
     brightness = np.maximum(pictures.mean(axis=0).sum(axis=1), 0.0)
-    error = np.sqrt(2.0 / np.pi) * np.sqrt(variances).sum(axis=1) / (1e-4 + np.sqrt(brightness))
+    first, second = np.triu_indices(len(pictures), 1)
+    apart = 0.5 * np.abs(pictures[first] - pictures[second]).sum(axis=2).mean(axis=0)
+    error = apart * np.sqrt(2.0 * samples) / (1e-4 + np.sqrt(brightness))
     relative = variances.mean(axis=1) / mean**2
     return Noise(relative, error, effective(relative))
 

@@ -18,7 +18,7 @@ from .measure import Difference, Noise, upper_mean
 
 
 # Its share of the paths of the render that was asked for. The goal is 5 % of the time; starting threads takes the rest.
-PILOT_SHARE = 0.04
+PILOT_SHARE = 0.03
 # Paths below which a pilot shows nothing: some 1,000 pixels, eleven settings, four seeds of one sample.
 PATHS_MIN = 40_000
 PIXELS = 1024
@@ -32,7 +32,8 @@ SAMPLES_MAX = 256  # of one picture; beyond, the pixels' own number is what limi
 
 @dataclass(frozen=True, slots=True)
 class Budget:
-    """width, height: of the small pictures. search, verify: samples of each picture, for each of SEEDS seeds."""
+    """width, height: of the small pictures. search, verify: samples of each picture, for each of SEEDS seeds; what a
+    search leaves over is added to those that verify."""
 
     width: int
     height: int
@@ -260,18 +261,21 @@ SAMPLES_LIMIT = 2**24  # native/session.cpp, kMaxSamples
 THRESHOLDS = tuple(1e-4 * 2.0 ** (step / 4) for step in range(54))  # up to 1
 
 
-def sampling(asked: Sampling, noise: Noise, bias: float, tolerance: float) -> Sampling:
-    """The cheapest sampling whose error is within the tolerance, or no greater than with the samples that were set.
+def sampling(asked: Sampling, noise: Noise, before: Noise, bias: float, tolerance: float) -> Sampling:
+    """The cheapest sampling whose error is within the tolerance, or no greater than with what was asked for.
 
-    bias: upper end of the difference that the other simplifications make.
+    noise, before: with the other simplifications, and without them. bias: upper end of the difference that they make.
     """
-    expected, highest = asked.error(noise)
+    _, highest = asked.error(noise)
     room = max(tolerance**2 - bias**2, 0.0) ** 0.5
+    # What was asked for leaves this much; the difference is an error, too.
+    left = max(asked.error(before)[0] ** 2 - bias**2, 0.0) ** 0.5
 
     def fits(other: Sampling) -> bool:
-        # Beside its own forecast, another one is as sure as that is; beside the tolerance, the interval counts.
+        # Beside the forecast for what was asked, another one is as sure as that is; beside the tolerance, the interval
+        # counts.
         estimate, high = other.error(noise)
-        return high <= room if highest <= room else estimate <= expected
+        return high <= room if highest <= room else estimate <= left
 
     others = [replace(asked, samples=count) for count in pass_ends(asked.samples)[:-1] if count >= 2]
     if asked.adaptive:
@@ -283,4 +287,4 @@ def sampling(asked: Sampling, noise: Noise, bias: float, tolerance: float) -> Sa
     if not enough:
         return asked
     best = min(enough, key=lambda other: other.work(noise))
-    return best if best.work(noise) <= (1.0 - SAMPLING_WORTH) * asked.work(noise) else asked
+    return best if best.work(noise) <= (1.0 - SAMPLING_WORTH) * asked.work(before) else asked
