@@ -36,6 +36,12 @@ AUTO_ROWS = (
     ('transmission', 'Transmission Bounces', 'Fewer passages through glass'),
     ('transparent', 'Transparent Surfaces', 'Fewer transparent surfaces that a ray crosses'),
     (
+        'models',
+        'Materials',
+        'Materials without coat, sheen, film, specular layer, anisotropy, roughness of diffuse reflection or bent '
+        'normals, where nobody would see it',
+    ),
+    (
         'sampling',
         'Samples',
         'Fewer samples where these leave less noise than the tolerance; more where there is noise and fewer where '

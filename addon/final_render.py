@@ -16,7 +16,7 @@ from typing import Any
 import bpy
 
 from . import auto, denoise, export, lamps, native, passes, preview, settings, stats, watch
-from .export.buffers import Camera, RenderSettings
+from .export.buffers import Camera, RenderSettings, SceneBuffers
 from .log import Cancelled, Log, spelled
 from .reporter import Reporter, position_in_frame
 
@@ -111,6 +111,7 @@ class RenderJob:
         self.denoising: denoise.Denoising | None = None
         self.time_limit = 0.0  # seconds, 0: none
         self.tolerance = 0.01  # integrator AUTO's, share of the mean
+        self.auto: tuple[auto.Facts, auto.Materials | None] | None = None  # until it has chosen
         self.start = time.perf_counter()
         self.memory = stats.MemoryMeter()
         self.stats = stats.LayerStats(self.layer.name, self.scene.frame_current)
@@ -162,7 +163,9 @@ class RenderJob:
             self.denoising, self.time_limit = None, preview.SECONDS_MAX
         self.tolerance = settings.auto_tolerance(self.scene, self.log)
         # Previews are over before a pilot would be.
-        facts = auto.facts(buffers) if self.scene.cotorra.integrator == 'AUTO' and not self.engine.is_preview else None
+        if self.scene.cotorra.integrator == 'AUTO' and not self.engine.is_preview:
+            parts = self.auto_parts(buffers)
+            self.auto = auto.facts(buffers), auto.Materials(buffers, parts) if parts else None
         self.stats.sync_seconds = time.perf_counter() - began
         self.memory.sample()
         self.log.checkpoint()
@@ -183,8 +186,9 @@ class RenderJob:
         self.log.checkpoint()
 
         # Choose: integrator AUTO leaves out what the picture does not need.
-        if facts is not None:
-            render_settings = self.choose(module, native_scene, camera, render_settings, facts)
+        if self.auto is not None:
+            native_scene, render_settings = self.choose(module, native_scene, camera, render_settings)
+            self.auto = None
         self.stats.describe(size, self.scene.cotorra.device, render_settings)
 
         # Render: until all samples are there or the user stops it; either way what is there goes into the passes.
@@ -211,20 +215,34 @@ class RenderJob:
             session.cancel()
             self.stats.take(session)
 
+    def auto_parts(self, buffers: SceneBuffers) -> tuple[auto.Part, ...]:
+        """Of the materials, what AUTO may leave out: nothing of those that are switched off."""
+        if 'models' not in settings.auto_rows(self.scene.cotorra):
+            return ()
+        kept = frozenset(entry.name for entry in bpy.data.materials if not entry.cotorra.use_auto)
+        return tuple(auto.parts_of(buffers, kept))
+
     def choose(
-        self, module: ModuleType, scene: Any, camera: Camera, render_settings: RenderSettings, facts: auto.Facts
-    ) -> RenderSettings:
-        """What AUTO makes of the settings; it says so before the render begins."""
+        self, module: ModuleType, scene: Any, camera: Camera, render_settings: RenderSettings
+    ) -> tuple[Any, RenderSettings]:
+        """What AUTO makes of the scene and the settings; it says so before the render begins."""
         self.reporter.phase('Pilot')
         began = time.perf_counter()
-        pilot = auto.Pilot(module, scene, camera, self.log.checkpoint)
+        facts, materials = self.auto
         rows = settings.auto_rows(self.scene.cotorra)
-        chosen = auto.choose(pilot, camera, render_settings, facts, self.tolerance, rows)
+
+        def build(buffers: SceneBuffers) -> Any:
+            made = interruptible(module, self.log, lambda stop: module.Scene(buffers, should_cancel=stop, bvh=False))
+            self.build_bvh(module, made, render_settings.threads)
+            return made
+
+        pilot = auto.Pilot(module, scene, camera, self.log.checkpoint, build)
+        chosen = auto.choose(pilot, camera, render_settings, facts, self.tolerance, rows, materials)
         self.stats.pilot_seconds = time.perf_counter() - began
         self.stats.auto = chosen.figures()
         for sentence in chosen.sentences():
             self.log.info(sentence)
-        return chosen.settings
+        return chosen.scene or scene, chosen.settings
 
     def build_bvh(self, module: ModuleType, scene: Any, threads: int) -> None:
         """What the CPU needs to trace rays; graphics cards build their own."""

@@ -70,6 +70,12 @@ def choice(name: str, description: str, items: tuple[tuple[str, str, str], ...],
 
 class CotorraMaterialSettings(bpy.types.PropertyGroup):
     model: choice('Model', 'The formula by which the surface reflects light', MODELS, 'PRINCIPLED')
+    use_auto: BoolProperty(
+        name='Simplify',
+        description='Integrator Auto may leave out parts of the material that hardly change the picture',
+        default=True,
+        update=tag_owner,
+    )
 
     # Phong and Blinn-Phong
     normalized: BoolProperty(

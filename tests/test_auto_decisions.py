@@ -210,17 +210,34 @@ def test_even_noise_above_the_tolerance_keeps_the_samples():
     assert plan.sampling(Sampling(64), even(4.0), even(4.0), 0.0, TOLERANCE) == Sampling(64)
 
 
-def test_uneven_noise_moves_samples_to_where_it_is():
-    """A tenth of the pixels has 100 times the variance of the others: they get more samples than were set, the others
-    fewer, and the noise is no greater."""
+def uneven() -> Noise:
+    """A tenth of the pixels has 100 times the variance of the others."""
     variance = np.where(np.arange(1000) % 10 == 0, 10.0, 0.1)
-    uneven = Noise(variance, 0.8 * np.sqrt(variance), 300.0)
-    asked = Sampling(64)
-    found = plan.sampling(asked, uneven, uneven, 0.0, TOLERANCE)
-    assert found.adaptive and found.samples == 256
-    assert found.error(uneven)[0] <= asked.error(uneven)[0]
-    assert found.work(uneven) <= 0.8 * asked.work(uneven)
-    assert set(found.taken(uneven)) <= set(plan.pass_ends(256))
+    return Noise(variance, 0.8 * np.sqrt(variance), 300.0)
+
+
+def test_uneven_noise_moves_samples_to_where_it_is():
+    """Within the tolerance: noisy pixels take more samples than would be enough for all of them, the others fewer."""
+    found = plan.sampling(Sampling(4096), uneven(), uneven(), 0.0, 0.05)
+    alike = next(Sampling(count) for count in plan.pass_ends(4096) if Sampling(count).error(uneven())[1] <= 0.05)
+    assert found.adaptive and found.error(uneven())[1] <= 0.05
+    assert found.work(uneven()) <= 0.8 * alike.work(uneven())
+    taken = set(found.taken(uneven()))
+    assert taken <= set(plan.pass_ends(found.samples)) and min(taken) < alike.samples < max(taken) <= 4096
+
+
+def test_no_pixel_is_stopped_early_where_there_is_more_noise_than_is_tolerated():
+    """What a stop leaves out would be beyond the tolerance, too."""
+    assert plan.sampling(Sampling(64), uneven(), uneven(), 0.0, TOLERANCE) == Sampling(64)
+    own = Sampling(512, True, 0.02)
+    assert plan.sampling(own, uneven(), uneven(), 0.0, TOLERANCE) == own
+
+
+def test_a_threshold_that_was_set_is_only_raised():
+    own = Sampling(65536, True, 1e-3)
+    found = plan.sampling(own, uneven(), uneven(), 0.0, 0.05)
+    assert found.adaptive and found.threshold > own.threshold and found.samples == own.samples
+    assert found.error(uneven())[1] <= 0.05
 
 
 def test_less_noise_needs_fewer_samples():

@@ -6,14 +6,16 @@ Each simplification is a row: what was asked for, what it became, and why.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 from ..choices import AUTO_ROWS
-from ..export.buffers import Camera, RenderSettings
+from ..export.buffers import Camera, RenderSettings, SceneBuffers
 from . import measure, plan
 from .facts import Facts, undetected
 from .measure import Difference, Noise
+from .models import NORMAL, Part, needless, without, work
 from .pilot import Pilot, Rendered, seeds, small_camera
 from .plan import LIMITS, percent
 
@@ -27,6 +29,8 @@ LIMIT_OF = {
 }
 NAMES = {key: name for key, name, _ in AUTO_ROWS}
 SEARCH, VERIFY = 0, 1  # parts of a pilot: each has seeds of its own
+MODEL_PROBES = 4  # scenes that are built to find what materials can do without
+ALL = 'all of them'
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,9 +48,18 @@ class Row:
 
 
 @dataclass(frozen=True, slots=True)
+class Materials:
+    """The exported scene, and the parts of its materials that may be left out."""
+
+    buffers: SceneBuffers
+    parts: tuple[Part, ...]
+
+
+@dataclass(frozen=True, slots=True)
 class Choice:
     """settings: to render with. Shares of the mean, of the base's rays and of the samples that were asked for.
 
+    scene:      the native scene to render; None: the one that was given.
     reason:     why all is modelled as it was asked for; empty where something is simplified.
     difference: of the converged picture from that of what was asked for; None where nothing was left out.
     noise:      that is expected to be left, and the upper end of its interval; None where no pilot tells.
@@ -61,6 +74,7 @@ class Choice:
     rays: float = 1.0
     samples: float = 1.0
     pilot: dict[str, Any] | None = None
+    scene: Any = None
 
     def figures(self) -> dict[str, Any]:
         """For the statistics: what JSON can hold."""
@@ -111,11 +125,18 @@ class Choice:
 
 
 def choose(
-    pilot: Pilot, camera: Camera, asked: RenderSettings, found: Facts, tolerance: float, allowed: frozenset[str]
+    pilot: Pilot,
+    camera: Camera,
+    asked: RenderSettings,
+    found: Facts,
+    tolerance: float,
+    allowed: frozenset[str],
+    materials: Materials | None = None,
 ) -> Choice:
     """asked: the settings, their integrator being PATH. allowed: the rows (choices.AUTO_ROWS) that are on.
 
-    The pilot's camera is set here. Raises what the native module raises, and what `pilot.stop` does.
+    materials: what may be left out of them; None: nothing. The pilot's camera is set here. Raises what the native
+    module raises, and what `pilot.stop` does.
     """
     everything = Choice(asked, tolerance=tolerance)
     if not allowed:
@@ -137,7 +158,8 @@ def choose(
             reason=f'"{caster.name}" ({caster.kind}) may throw caustics of light "{lamp.name}", which is too small for '
             'a pilot to find them',
         )
-    return Trial(pilot, asked, found, tolerance, allowed, spend, small_camera(camera, spend.width, spend.height)).run()
+    small = small_camera(camera, spend.width, spend.height)
+    return Trial(pilot, asked, found, tolerance, allowed, spend, small, materials).run()
 
 
 def sampling_of(settings: RenderSettings) -> plan.Sampling:
@@ -156,7 +178,10 @@ class Trial:
         allowed: frozenset[str],
         spend: plan.Budget,
         camera: Camera,
+        materials: Materials | None,
     ) -> None:
+        self.materials = materials
+        self.scene: Any = None  # without the needless parts of materials
         self.pilot, self.asked, self.found = pilot, asked, found
         self.tolerance, self.allowed, self.spend = tolerance, allowed, spend
         self.pilot.camera = camera
@@ -180,10 +205,15 @@ class Trial:
             self.found.present,
         )
         chosen = with_limits(self.asked, search.run())
+        left_out, model_row = self.modelled(chosen)
         difference, rays, noise, before, why = self.verified(chosen)
         if difference is None:
-            chosen = self.asked
+            chosen, self.scene = self.asked, None
         rows = self.limit_rows(search, chosen, why)
+        if model_row is not None:
+            rows.append(
+                model_row if self.scene is not None or not left_out else replace(model_row, chosen=ALL, why=why)
+            )
         room = difference.high if difference is not None else 0.0
         chosen, row, expected, samples = self.sampled(chosen, noise, before, room)
         rows.append(row)
@@ -197,19 +227,51 @@ class Trial:
             rays,
             samples,
             self.cost(),
+            self.scene,
         )
 
-    def render(self, settings: RenderSettings, samples: int, part: int) -> Rendered:
+    def render(self, settings: RenderSettings, samples: int, part: int, scene: Any = None) -> Rendered:
         self.settings_seen += 1
-        return self.pilot.render(settings, samples, seeds(self.asked.seed, plan.SEEDS, part))
+        return self.pilot.render(settings, samples, seeds(self.asked.seed, plan.SEEDS, part), scene)
+
+    def affords(self, paths: int) -> bool:
+        """Whether so many more paths leave those that state the error."""
+        later = plan.VERIFIED * self.spend.verify * plan.SEEDS * self.spend.width * self.spend.height
+        return self.pilot.paths + paths + later <= self.spend.paths
+
+    def modelled(self, chosen: RenderSettings) -> tuple[list[Part], Row | None]:
+        """Leaves out what the materials do not need, beside the limits that were chosen. None: nothing to leave out."""
+        parts = [] if self.materials is None else unseen(self.materials.parts, self.asked.passes)
+        if 'models' not in self.allowed or not parts:
+            return [], None
+        buffers, cost = self.materials.buffers, work(self.materials.buffers)
+        each = cost + self.spend.search * plan.SEEDS * self.spend.width * self.spend.height
+        short = False
+
+        def suffices(parts: list[Part]) -> bool:
+            nonlocal short
+            short = short or not self.affords(each)
+            if short:
+                return False
+            scene = self.pilot.built(without(buffers, parts), cost)
+            other = self.render(chosen, self.spend.search, SEARCH, scene)
+            apart = measure.difference(self.base.pictures, other.pictures, self.mean)
+            good = plan.Probe(apart, 1.0).suffices(self.tolerance)
+            if good:
+                self.scene = scene
+            return good
+
+        found = needless(parts, suffices, MODEL_PROBES)
+        if found:
+            without_them = 'without ' + ', '.join(part.words for part in found)
+            return found, Row('models', ALL, without_them, f'they make less than {percent(self.tolerance)} of the mean')
+        why = 'the pilot was too short to look at them' if short else f'each makes {percent(self.tolerance)} or more'
+        return [], Row('models', ALL, ALL, why)
 
     def probe(self, limits: dict[str, int]) -> plan.Probe:
         key = tuple(limits[name] for name in LIMITS)
         if key not in self.known:
-            # What comes after must be left: it states the error.
-            pixels = self.spend.width * self.spend.height
-            later = plan.VERIFIED * self.spend.verify * plan.SEEDS * pixels
-            if self.pilot.paths + self.spend.search * plan.SEEDS * pixels + later > self.spend.paths:
+            if not self.affords(self.spend.search * plan.SEEDS * self.spend.width * self.spend.height):
                 raise plan.Spent
             other = self.render(with_limits(self.asked, limits), self.spend.search, SEARCH)
             apart = measure.difference(self.base.pictures, other.pictures, self.mean)
@@ -222,13 +284,14 @@ class Trial:
         With it: rays as a share of the base's, noise of a sample with and without it, and why it failed.
         """
         pixels = self.spend.width * self.spend.height
-        count = 1 if chosen == self.asked else plan.VERIFIED
+        same = chosen == self.asked and self.scene is None
+        count = 1 if same else plan.VERIFIED
         samples = min((self.spend.paths - self.pilot.paths) // (count * plan.SEEDS * pixels), plan.SAMPLES_MAX)
         base = self.render(self.asked, samples, VERIFY)
         before = measure.noise(base.pictures, samples, self.mean)
-        if chosen == self.asked:
+        if same:
             return None, 1.0, before, before, ''
-        other = self.render(chosen, samples, VERIFY)
+        other = self.render(chosen, samples, VERIFY, self.scene)
         apart = measure.difference(base.pictures, other.pictures, self.mean)
         probe = plan.Probe(apart, other.rays / base.rays)
         if not probe.suffices(self.tolerance):
@@ -289,6 +352,14 @@ class Trial:
             'share': self.pilot.paths / whole,
             'seconds': self.pilot.wall,
         }
+
+
+def unseen(parts: Sequence[Part], passes: Sequence[str]) -> list[Part]:
+    """The parts that no pass shows beside the light: terms are of lobes, and some passes of normals."""
+    if any(name.startswith('term_') or name == 'denoising_albedo' for name in passes):
+        return []
+    normals = 'normal' in passes or 'denoising_normal' in passes
+    return [part for part in parts if not (normals and part.argument == NORMAL)]
 
 
 def with_limits(asked: RenderSettings, limits: dict[str, int]) -> RenderSettings:

@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from ..export.buffers import Camera, RenderSettings
+from ..export.buffers import Camera, RenderSettings, SceneBuffers
 from .measure import Pictures
 
 POLL_SECONDS = 0.02
@@ -56,23 +56,42 @@ def seeds(first: int, count: int, part: int) -> list[int]:
 class Pilot:
     """The scene, as it is rendered small.
 
-    stop: raises where the user asked to stop. paths: camera paths so far. wall: seconds so far.
+    stop:  raises where the user asked to stop. build: makes a scene of other buffers, with its BVH.
+    paths: camera paths so far, and what else was done, in paths. wall: seconds so far.
     """
 
-    def __init__(self, module: ModuleType, scene: Any, camera: Camera, stop: Callable[[], None]) -> None:
+    def __init__(
+        self,
+        module: ModuleType,
+        scene: Any,
+        camera: Camera,
+        stop: Callable[[], None],
+        build: Callable[[SceneBuffers], Any] | None = None,
+    ) -> None:
         self.module, self.scene, self.camera = module, scene, camera
-        self.stop = stop
+        self.stop, self.build = stop, build
         self.paths = 0
         self.wall = 0.0
 
-    def render(self, settings: RenderSettings, samples: int, numbers: list[int]) -> Rendered:
-        """One picture for each seed, all at once: they are too small to keep many threads at work one by one."""
+    def built(self, buffers: SceneBuffers, work: int) -> Any:
+        """Another scene; work: what it costs, in paths."""
+        began = time.perf_counter()
+        made = self.build(buffers)
+        self.paths += work
+        self.wall += time.perf_counter() - began
+        return made
+
+    def render(self, settings: RenderSettings, samples: int, numbers: list[int], scene: Any = None) -> Rendered:
+        """One picture for each seed, all at once: they are too small to keep many threads at work one by one.
+
+        scene: another one than the pilot's.
+        """
         began = time.perf_counter()
         width, height = self.camera.resolution
         threads = settings.threads or os.cpu_count() or 1
         sessions = [
             self.module.Session(
-                self.scene,
+                scene or self.scene,
                 self.camera,
                 replace(
                     settings,

@@ -40,7 +40,7 @@ class COTORRA_OT_material_preset_add(AddPresetBase, bpy.types.Operator):
     preset_menu = 'COTORRA_PT_material_presets'
     preset_subdir = PRESETS
     preset_defines = ['own = bpy.context.material.cotorra']
-    preset_values = [f'own.{name}' for name in CotorraMaterialSettings.__annotations__]
+    preset_values = [f'own.{name}' for name in CotorraMaterialSettings.__annotations__ if name != 'use_auto']
 
 
 class COTORRA_MATERIAL_PT_model(MaterialPanel, bpy.types.Panel):
@@ -56,6 +56,8 @@ class COTORRA_MATERIAL_PT_model(MaterialPanel, bpy.types.Panel):
         if scene.use_model_override:
             wrapped(layout, context, 'The scene renders all materials with one model')
         draw_model(layout, own)
+        if scene.integrator == 'AUTO':
+            layout.prop(own, 'use_auto')
         if scene.integrator == 'WHITTED':
             draw_whitted(layout, own)
         elif scene.integrator == 'TOON' and own.model != 'TOON':
