@@ -217,12 +217,11 @@ def run(source: scenes.SceneSource, options: argparse.Namespace) -> dict[float, 
 
 def save(path: Path, images: dict[str, list[np.ndarray]], tolerance: float) -> None:
     """Both pictures and their difference."""
-    from compare import draw
-    from metrics import Reference, same_image
+    import compare
 
     name = auto_name(tolerance)
-    auto, full = Reference.from_halves(*images[name]), Reference.from_halves(*images['PATH'])
-    draw(path, auto.image, full.image, same_image(auto, full), (name, 'Path'))
+    auto, full = (compare.Reference.from_halves(*images[key]) for key in (name, 'PATH'))
+    compare.draw(path, auto.image, full.image, compare.same_image(auto, full), (name, 'Path'))
 
 
 def main(arguments: list[str] | None = None) -> int:

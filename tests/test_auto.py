@@ -131,6 +131,42 @@ def test_caustics_that_a_pilot_would_miss_forbid_it():
     assert 'caustics' not in wide.reason
 
 
+def lamp_behind_glass(size: float) -> bpy.types.Scene:
+    """At the edge of the floor, two panes of glass lie over a black plate, and between these a small square shines."""
+    scene = lone_floor()
+    black = {'Base_Color': (0.0, 0.0, 0.0, 1.0), 'Specular_IOR_Level': 0.0}
+    parts = (
+        ('Front', 1.0, 0.12, {'Transmission_Weight': 1.0, 'Roughness': 0.0}),
+        ('Back', 0.8, 0.12, {'Transmission_Weight': 1.0, 'Roughness': 0.0}),
+        ('Spark', 0.5, size, black | {'Emission_Color': (1.0,) * 4, 'Emission_Strength': 3e3}),
+        ('Plate', 0.4, 0.13, black),
+    )
+    for name, height, wide, inputs in parts:
+        item = build.mesh_object(scene, name)
+        # Off the middles of the pilot's pixels, 0.042 m apart.
+        item.location, item.scale = (-0.75 + 0.0179, 0.0181, height), (wide, wide, 1.0)
+        item.data.materials.append(build.material(name, **inputs))
+    # It is seen, and lights nothing.
+    scene.objects['Spark'].visible_diffuse = scene.objects['Spark'].visible_glossy = False
+    bpy.data.materials['Spark'].cycles.emission_sampling = 'NONE'
+    return scene
+
+
+@pytest.mark.parametrize('sentinel', [True, False])
+def test_a_tiny_light_between_the_pixels_is_not_left_out(sentinel, monkeypatch):
+    """Pixels far apart do not see it, and would leave glass out, by which all but this light is the same."""
+    buffers, camera = exported(lamp_behind_glass(0.004))
+    if not sentinel:
+        monkeypatch.setattr(measure, 'seen_between', lambda *_: False)
+    found, built = chosen(buffers, camera)
+    if sentinel:
+        assert found.difference is None and any('lies between' in row.why for row in found.rows)
+        return
+    limits = replace(found.settings, samples=ASKED.samples, adaptive=False)
+    apart = converged(native.load(), built, camera, (ASKED, limits), 32)
+    assert apart.value > found.difference.high, 'the scene shows nothing: AUTO needs no sentinel for it'
+
+
 def test_a_short_render_has_no_pilot():
     found, _ = chosen(*exported(lone_floor()), replace(ASKED, samples=4))
     assert found.settings == replace(ASKED, samples=4)

@@ -54,6 +54,17 @@ def test_noise_alone_makes_no_difference():
     assert abs(np.mean(squares)) < 4 * np.std(squares) / 10
 
 
+def test_what_is_small_and_bright_is_seen_between_the_pixels():
+    """One sample of one seed that met it is enough; what is below the tolerance, or everywhere, is another matter."""
+    quiet = np.ones((4, 1024, 3))
+    spark = quiet.copy()
+    spark[2, 77] += 40.0
+    assert measure.seen_between(quiet, spark, 1.0, 0.01)
+    spark[2, 77] = 2.0
+    assert not measure.seen_between(quiet, spark, 1.0, 0.01)
+    assert not measure.seen_between(quiet, quiet + 0.1, 1.0, 0.01)
+
+
 def test_noise_of_one_sample_from_pictures_of_several():
     chance = np.random.default_rng(3)
     found = measure.noise(pictures(chance, np.full((4096, 3), 0.25), 0.1 / 4.0, 8), 16, 0.25)
@@ -95,10 +106,11 @@ def test_a_pilot_takes_no_more_than_its_share(size, samples):
     found = plan.budget(*size, samples)
     whole = size[0] * size[1] * samples
     if found is None:
-        assert plan.PILOT_SHARE * whole < max(plan.PATHS_MIN, 1.6 * 14 * plan.SEEDS * plan.PIXELS)
+        assert plan.PILOT_SHARE * whole < max(plan.PATHS_MIN, 1.1 * 16 * plan.SEEDS * plan.PIXELS)
         return
     pixels = found.width * found.height
-    spent = plan.SEEDS * pixels * (plan.SETTINGS * found.search + plan.VERIFIED * found.verify)
+    pictures = (plan.SETTINGS + plan.BETWEEN) * found.search + plan.VERIFIED * found.verify
+    spent = plan.SEEDS * pixels * pictures
     assert spent <= found.paths <= 0.05 * whole
     assert 1 <= found.width <= size[0] and 1 <= found.height <= size[1]
 

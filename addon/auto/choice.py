@@ -158,8 +158,7 @@ def choose(
             reason=f'"{caster.name}" ({caster.kind}) may throw caustics of light "{lamp.name}", which is too small for '
             'a pilot to find them',
         )
-    small = small_camera(camera, spend.width, spend.height)
-    return Trial(pilot, asked, found, tolerance, allowed, spend, small, materials).run()
+    return Trial(pilot, camera, asked, found, tolerance, allowed, spend, materials).run()
 
 
 def sampling_of(settings: RenderSettings) -> plan.Sampling:
@@ -172,19 +171,20 @@ class Trial:
     def __init__(
         self,
         pilot: Pilot,
+        camera: Camera,
         asked: RenderSettings,
         found: Facts,
         tolerance: float,
         allowed: frozenset[str],
         spend: plan.Budget,
-        camera: Camera,
         materials: Materials | None,
     ) -> None:
         self.materials = materials
         self.scene: Any = None  # without the needless parts of materials
         self.pilot, self.asked, self.found = pilot, asked, found
         self.tolerance, self.allowed, self.spend = tolerance, allowed, spend
-        self.pilot.camera = camera
+        self.pilot.camera = small_camera(camera, spend.width, spend.height)
+        self.between = small_camera(camera, spend.width, spend.height, between=True)
         self.settings_seen = 0
         self.mean = 0.0
         self.base: Rendered | None = None
@@ -230,13 +230,19 @@ class Trial:
             self.scene,
         )
 
-    def render(self, settings: RenderSettings, samples: int, part: int, scene: Any = None) -> Rendered:
+    def render(
+        self, settings: RenderSettings, samples: int, part: int, scene: Any = None, camera: Camera | None = None
+    ) -> Rendered:
         self.settings_seen += 1
-        return self.pilot.render(settings, samples, seeds(self.asked.seed, plan.SEEDS, part), scene)
+        return self.pilot.render(settings, samples, seeds(self.asked.seed, plan.SEEDS, part), scene, camera)
+
+    def cost_of(self, pictures: int, samples: int) -> int:
+        """Paths."""
+        return pictures * samples * plan.SEEDS * self.spend.width * self.spend.height
 
     def affords(self, paths: int) -> bool:
         """Whether so many more paths leave those that state the error."""
-        later = plan.VERIFIED * self.spend.verify * plan.SEEDS * self.spend.width * self.spend.height
+        later = self.cost_of(plan.VERIFIED, self.spend.verify) + self.cost_of(plan.BETWEEN, self.spend.search)
         return self.pilot.paths + paths + later <= self.spend.paths
 
     def modelled(self, chosen: RenderSettings) -> tuple[list[Part], Row | None]:
@@ -245,7 +251,7 @@ class Trial:
         if 'models' not in self.allowed or not parts:
             return [], None
         buffers, cost = self.materials.buffers, work(self.materials.buffers)
-        each = cost + self.spend.search * plan.SEEDS * self.spend.width * self.spend.height
+        each = cost + self.cost_of(1, self.spend.search)
         short = False
 
         def suffices(parts: list[Part]) -> bool:
@@ -271,7 +277,7 @@ class Trial:
     def probe(self, limits: dict[str, int]) -> plan.Probe:
         key = tuple(limits[name] for name in LIMITS)
         if key not in self.known:
-            if not self.affords(self.spend.search * plan.SEEDS * self.spend.width * self.spend.height):
+            if not self.affords(self.cost_of(1, self.spend.search)):
                 raise plan.Spent
             other = self.render(with_limits(self.asked, limits), self.spend.search, SEARCH)
             apart = measure.difference(self.base.pictures, other.pictures, self.mean)
@@ -283,10 +289,14 @@ class Trial:
 
         With it: rays as a share of the base's, noise of a sample with and without it, and why it failed.
         """
-        pixels = self.spend.width * self.spend.height
         same = chosen == self.asked and self.scene is None
-        count = 1 if same else plan.VERIFIED
-        samples = min((self.spend.paths - self.pilot.paths) // (count * plan.SEEDS * pixels), plan.SAMPLES_MAX)
+        left = self.spend.paths - self.pilot.paths
+        if same:
+            samples = left // self.cost_of(1, 1)
+        else:
+            left -= self.cost_of(plan.BETWEEN, self.spend.search)
+            samples = left // self.cost_of(plan.VERIFIED, 1)
+        samples = min(samples, plan.SAMPLES_MAX)
         base = self.render(self.asked, samples, VERIFY)
         before = measure.noise(base.pictures, samples, self.mean)
         if same:
@@ -296,6 +306,13 @@ class Trial:
         probe = plan.Probe(apart, other.rays / base.rays)
         if not probe.suffices(self.tolerance):
             why = f'other seeds do not confirm it: together they make {plan.interval(apart)} of difference'
+            return None, 1.0, before, before, why
+        wide = [
+            self.render(settings, self.spend.search, VERIFY, scene, self.between).pictures
+            for settings, scene in ((self.asked, None), (chosen, self.scene))
+        ]
+        if measure.seen_between(*wide, self.mean, self.tolerance):
+            why = 'the pilot cannot tell: something small and bright lies between its pixels'
             return None, 1.0, before, before, why
         return apart, probe.rays, measure.noise(other.pictures, samples, self.mean), before, ''
 

@@ -85,6 +85,17 @@ def difference(a: Pictures, b: Pictures, mean: float) -> Difference:
     )
 
 
+def seen_between(a: Pictures, b: Pictures, mean: float, tolerance: float) -> bool:
+    """Whether anything small, such as a lamp behind glass, may make the difference that pixels far apart do not see.
+
+    a, b: pictures whose pixels cover all that lies between them. What one sample in many meets is seen once or twice,
+    by one seed or two: here each such sample counts as what it would be if it were the rule.
+    """
+    check(a)
+    squares = (((a - b) / mean).mean(axis=0) ** 2).mean(axis=1)
+    return float(squares.mean()) > tolerance**2 and effective(squares) < FEW_PIXELS
+
+
 def noise(pictures: Pictures, samples: int, mean: float) -> Noise:
     """What one sample of each pixel varies by, from renders of `samples` each."""
     check(pictures)

@@ -32,8 +32,11 @@ class Rendered:
     seconds: float
 
 
-def small_camera(camera: Camera, width: int, height: int) -> Camera:
-    """The rendered region in so few pixels, each as wide as the camera's own are and in the middle of its share."""
+def small_camera(camera: Camera, width: int, height: int, between: bool = False) -> Camera:
+    """The rendered region in so few pixels, each as wide as the camera's own are and in the middle of its share.
+
+    between: they are as wide as their share is, so that together they see all of the picture.
+    """
     left, right, bottom, top = camera.window
     x0, y0, columns, rows = camera.region
     across, up = (right - left) / camera.resolution[0], (top - bottom) / camera.resolution[1]
@@ -44,7 +47,7 @@ def small_camera(camera: Camera, width: int, height: int) -> Camera:
         window=window,
         resolution=(width, height),
         region=(0, 0, width, height),
-        filter_width=camera.filter_width * share,
+        filter_width=camera.filter_width * (1.0 if between else share),
     )
 
 
@@ -81,18 +84,26 @@ class Pilot:
         self.wall += time.perf_counter() - began
         return made
 
-    def render(self, settings: RenderSettings, samples: int, numbers: list[int], scene: Any = None) -> Rendered:
+    def render(
+        self,
+        settings: RenderSettings,
+        samples: int,
+        numbers: list[int],
+        scene: Any = None,
+        camera: Camera | None = None,
+    ) -> Rendered:
         """One picture for each seed, all at once: they are too small to keep many threads at work one by one.
 
-        scene: another one than the pilot's.
+        scene, camera: others than the pilot's.
         """
         began = time.perf_counter()
-        width, height = self.camera.resolution
+        camera = camera or self.camera
+        width, height = camera.resolution
         threads = settings.threads or os.cpu_count() or 1
         sessions = [
             self.module.Session(
                 scene or self.scene,
-                self.camera,
+                camera,
                 replace(
                     settings,
                     samples=samples,

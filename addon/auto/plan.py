@@ -27,6 +27,7 @@ SEEDS = 4
 SETTINGS = 10  # that are looked at, more or less: the base and its simplifications
 VERIFIED = 2  # and what was chosen is rendered anew, beside the base
 VERIFIED_WEIGHT = 2  # with so many times the samples
+BETWEEN = 2  # and both once more, looking between the pixels
 SAMPLES_MAX = 256  # of one picture; beyond, the pixels' own number is what limits an estimate
 
 
@@ -49,7 +50,7 @@ def budget(width: int, height: int, samples: float) -> Budget | None:
     across = max(1, round((pixels * width / height) ** 0.5))
     across = min(across, width)
     down = min(max(1, round(pixels / across)), height)
-    parts = (SETTINGS + VERIFIED * VERIFIED_WEIGHT) * SEEDS * across * down
+    parts = (SETTINGS + VERIFIED * VERIFIED_WEIGHT + BETWEEN) * SEEDS * across * down
     search = min(paths // parts, SAMPLES_MAX)
     if paths < PATHS_MIN or search < 1:
         return None
