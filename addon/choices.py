@@ -195,6 +195,7 @@ IMPORTERS = {
     '.fbx': 'wm.fbx_import',
 }
 
+TOLERANCES = (0.01, 100.0)  # of integrator AUTO, percent of the picture's mean: least, most
 SAMPLES_MAX = 2**24
 SEED_MAX = 2**31 - 1  # the largest integer of Blender's properties
 BOUNCES_MAX = 1024

@@ -86,6 +86,12 @@ def parser() -> argparse.ArgumentParser:
     line.add_argument('--seed', type=whole(0, choices.SEED_MAX), metavar='N', help='another number, other noise')
     one_of(line, '--integrator', choices.INTEGRATORS, "{} (default: the file's; path where it was never set)")
     line.add_argument(
+        '--tolerance',
+        type=percent,
+        metavar='P',
+        help='with integrator auto: most that what it leaves out may change the picture, percent of its mean',
+    )
+    line.add_argument(
         '--denoise',
         action=argparse.BooleanOptionalAction,
         help='take the noise out with OpenImageDenoise (default: as the file says, demos: no)',
@@ -141,6 +147,17 @@ def seconds(text: str) -> float:
         number = -1.0
     if not 0.0 <= number <= choices.SECONDS_MAX:
         raise argparse.ArgumentTypeError(f'{text!r} is no time from 0 to {choices.SECONDS_MAX:g} s')
+    return number
+
+
+def percent(text: str) -> float:
+    least, most = choices.TOLERANCES
+    try:
+        number = float(text)
+    except ValueError:
+        number = -1.0
+    if not least <= number <= most:
+        raise argparse.ArgumentTypeError(f'{text!r} is not from {least:g} to {most:g} %')
     return number
 
 
@@ -324,6 +341,8 @@ def apply_to_engine(options: argparse.Namespace, scene: bpy.types.Scene) -> None
             layer.samples = 0  # else the layer's own number would win
     if options.integrator is not None:
         scene.cotorra.integrator = options.integrator
+    if options.tolerance is not None:
+        scene.cotorra.auto_tolerance = options.tolerance
     if options.model is not None:
         scene.cotorra.use_model_override = True
         scene.cotorra.model_override.model = options.model

@@ -25,6 +25,7 @@ from .choices import (
     SECONDS_MAX,
     SEED_MAX,
     SETTINGS_FROM,
+    TOLERANCES,
     VIEWPORT_PASSES,
     WHITTED_DEPTH_MAX,
 )
@@ -61,8 +62,8 @@ class CotorraSceneSettings(bpy.types.PropertyGroup):
         "as a part of the picture's mean",
         subtype='PERCENTAGE',
         default=1.0,
-        min=0.01,
-        max=100.0,
+        min=TOLERANCES[0],
+        max=TOLERANCES[1],
         soft_max=10.0,
         precision=2,
         update=tag_scene,

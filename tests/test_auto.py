@@ -229,6 +229,9 @@ def test_a_render_tells_what_was_chosen(tmp_path):
 def test_the_command_line_says_it(tmp_path):
     code, told = run_cli(
         *('render', '--demo', 'box_room', '-o', tmp_path / 'a.png', '--size', '32x18', '--samples', '2'),
-        *('--integrator', 'auto'),
+        *('--integrator', 'auto', '--tolerance', '2.5'),
     )
+    assert bpy.context.scene.cotorra.auto_tolerance == pytest.approx(2.5)
     assert code == 0 and 'AUTO models everything: the render is too short for a pilot' in told
+    code, told = run_cli('render', '--demo', 'box_room', '-o', tmp_path / 'a.png', '--tolerance', '0')
+    assert code == 2 and 'is not from 0.01 to 100 %' in told

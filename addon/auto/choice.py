@@ -320,7 +320,7 @@ class Trial:
         direct = chosen.integrator == 'DIRECT'
         rows = []
         if 'integrator' in self.allowed:
-            told = search.why('max_bounces') if direct else why or 'bounces count'
+            told = search.why('max_bounces') if direct or not self.asked.max_bounces else why or 'bounces count'
             rows.append(Row('integrator', 'Path', 'Direct' if direct else 'Path', told))
         for key, name in LIMIT_OF.items():
             asked, now = getattr(self.asked, name), getattr(chosen, name)
