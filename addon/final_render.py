@@ -237,7 +237,7 @@ class RenderJob:
             return made
 
         pilot = auto.Pilot(module, scene, camera, self.log.checkpoint, build)
-        chosen = auto.choose(pilot, camera, render_settings, facts, self.tolerance, rows, materials)
+        chosen = auto.choose(pilot, camera, render_settings, facts, self.tolerance, rows, materials, self.time_limit)
         self.stats.pilot_seconds = time.perf_counter() - began
         self.stats.auto = chosen.figures()
         for sentence in chosen.sentences():

@@ -43,7 +43,7 @@ def chosen(
     module = native.load()
     built = module.Scene(buffers, threads=2, embree=native.embree_library())
     trial = auto.Pilot(module, built, camera, more.pop('stop', lambda: None))
-    return auto.choose(trial, camera, asked, auto.facts(buffers), more.pop('tolerance', 0.01), rows), built
+    return auto.choose(trial, camera, asked, auto.facts(buffers), 0.01, rows, **more), built
 
 
 def converged(
@@ -171,6 +171,21 @@ def test_a_short_render_has_no_pilot():
     found, _ = chosen(*exported(lone_floor()), replace(ASKED, samples=4))
     assert found.settings == replace(ASKED, samples=4)
     assert found.pilot is None and 'too short' in found.reason
+
+
+def test_a_time_limit_leaves_no_time_for_a_pilot():
+    scene = lone_floor()
+    found, _ = chosen(*exported(scene), time_limit=5.0)
+    assert found.settings == ASKED and found.pilot is None and found.reason.startswith('time ends')
+
+
+def test_alpha_is_left_alone():
+    """No pilot measures it: surfaces that let rays through keep their limit, and say why."""
+    scene = lone_floor()
+    build.principled(bpy.data.materials['Grey']).inputs['Alpha'].default_value = 0.5
+    found, _ = chosen(*exported(scene), replace(ASKED, transparent_film=True))
+    row = next(row for row in found.rows if row.key == 'transparent')
+    assert not row.simplified and 'alpha' in row.why
 
 
 def test_a_black_picture_is_told_of():

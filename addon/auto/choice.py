@@ -98,12 +98,15 @@ class Choice:
         if self.reason:
             said.append(f'AUTO models everything: {self.reason}')
         elif not changed:
-            said.append('AUTO models everything: nothing cheaper suffices')
+            said.append('AUTO models everything: the pilot found nothing cheaper that suffices')
         else:
             what = ', '.join(f'{NAMES[row.key]} {row.chosen} instead of {row.asked}' for row in changed)
             saved = [f'{percent(1.0 - self.rays)} fewer rays a sample'] if self.rays < 1.0 else []
             saved += [f'{percent(1.0 - self.samples)} fewer samples'] if self.samples < 1.0 else []
-            said.append(f'AUTO: {what}; {" and ".join(saved)}')
+            said.append('; '.join([f'AUTO: {what}', *([' and '.join(saved)] if saved else [])]))
+        unsure = [NAMES[row.key] for row in self.rows if row.why.startswith(plan.UNSURE)]
+        if unsure:
+            said.append(f'AUTO keeps what the pilot cannot tell about: {", ".join(unsure)}')
         if self.difference is not None:
             d = self.difference
             said.append(
@@ -132,17 +135,20 @@ def choose(
     tolerance: float,
     allowed: frozenset[str],
     materials: Materials | None = None,
+    time_limit: float = 0.0,
 ) -> Choice:
     """asked: the settings, their integrator being PATH. allowed: the rows (choices.AUTO_ROWS) that are on.
 
-    materials: what may be left out of them; None: nothing. The pilot's camera is set here. Raises what the native
-    module raises, and what `pilot.stop` does.
+    materials: what may be left out of them; None: nothing. time_limit: of the render, seconds; 0: none. The pilot's
+    camera is set here. Raises what the native module raises, and what `pilot.stop` does.
     """
     everything = Choice(asked, tolerance=tolerance)
     if not allowed:
         return replace(everything, reason='all its simplifications are switched off')
     if asked.device != 'CPU':
         return replace(everything, reason='pilots are rendered on the CPU only so far')
+    if time_limit > 0.0:
+        return replace(everything, reason='time ends the render: nothing tells how long a pilot may be')
     columns, rows = camera.region[2:]
     set_sampling = sampling_of(asked)
     least = min(set_sampling.samples, set_sampling.first_look()) if asked.adaptive else asked.samples
@@ -197,13 +203,10 @@ class Trial:
         if not self.mean > 0.0:
             return replace(everything, reason='the picture of the pilot is black', pilot=self.cost())
         limits = {name: getattr(self.asked, name) for name in LIMITS}
-        search = plan.Search(
-            limits,
-            self.probe,
-            self.tolerance,
-            frozenset({LIMIT_OF[key] for key in self.allowed if key in LIMIT_OF} | self.allowed & {'integrator'}),
-            self.found.present,
-        )
+        lowered = {LIMIT_OF[key] for key in self.allowed if key in LIMIT_OF} | self.allowed & {'integrator'}
+        if self.asked.transparent_film:
+            lowered.discard('transparent_bounces')
+        search = plan.Search(limits, self.probe, self.tolerance, frozenset(lowered), self.found.present)
         chosen = with_limits(self.asked, search.run())
         left_out, model_row = self.modelled(chosen)
         difference, rays, noise, before, why = self.verified(chosen)
@@ -305,14 +308,14 @@ class Trial:
         apart = measure.difference(base.pictures, other.pictures, self.mean)
         probe = plan.Probe(apart, other.rays / base.rays)
         if not probe.suffices(self.tolerance):
-            why = f'other seeds do not confirm it: together they make {plan.interval(apart)} of difference'
+            why = f'{plan.UNSURE}: other seeds make it {plan.interval(apart)} of difference'
             return None, 1.0, before, before, why
         wide = [
             self.render(settings, self.spend.search, VERIFY, scene, self.between).pictures
             for settings, scene in ((self.asked, None), (chosen, self.scene))
         ]
         if measure.seen_between(*wide, self.mean, self.tolerance):
-            why = 'the pilot cannot tell: something small and bright lies between its pixels'
+            why = f'{plan.UNSURE}: something small and bright lies between its pixels'
             return None, 1.0, before, before, why
         return apart, probe.rays, measure.noise(other.pictures, samples, self.mean), before, ''
 
@@ -330,6 +333,8 @@ class Trial:
                 now, told = asked, 'Direct has none'
             elif now < asked and now not in search.probes.get(name, {}):
                 told = 'no more than all bounces together'
+            elif key == 'transparent' and key in self.allowed and self.asked.transparent_film:
+                told = 'alpha depends on it, which no pilot measures'
             rows.append(Row(key, str(asked), str(now), told))
         return rows
 
@@ -342,7 +347,7 @@ class Trial:
         if 'sampling' not in self.allowed:
             why = 'switched off'
         elif noise.dominated or before.dominated:
-            why = 'the pilot cannot tell: a few pixels make most of the noise'
+            why = f'{plan.UNSURE}: a few pixels make most of the noise'
         else:
             best = plan.sampling(asked, noise, before, bias, self.tolerance)
             if best != asked:

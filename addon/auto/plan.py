@@ -149,9 +149,9 @@ class Search:
         if highest.suffices(self.tolerance):
             return 'a lower one saves nothing'
         if highest.doubtful(self.tolerance):
-            return 'the pilot cannot tell: a few pixels decide'
+            return f'{UNSURE}: a few pixels decide'
         if highest.difference.low <= self.tolerance:
-            return f'the pilot cannot tell: {max(probes)} make {interval(highest.difference)} of difference'
+            return f'{UNSURE}: {max(probes)} make {interval(highest.difference)} of difference'
         return f'needed: {max(probes)} make {interval(highest.difference)} of difference'
 
     def with_limit(self, name: str, value: int) -> dict[str, int]:
@@ -194,6 +194,9 @@ def lowest(candidates: Sequence[int], suffices: Callable[[int], bool]) -> int | 
 
 
 # ---- Words
+
+
+UNSURE = 'the pilot cannot tell'
 
 
 def percent(share: float) -> str:
