@@ -229,6 +229,64 @@ def student_t(confidence: float, freedom: float) -> float:
     return math.sqrt(freedom) * math.tan(float(np.interp(confidence, inner / inner[-1], theta)))
 
 
+# ---- The same seeds with two settings.
+
+SIGMAS = 1.96  # of a normal distribution, on either side: 95 %
+
+
+@dataclass(frozen=True, slots=True)
+class Paired:
+    """Root mean square over the pixels of the difference of two converged pictures, as a share of the mean.
+
+    value: the estimate. low, high: its interval of 95 %. pixels: how many make it, see `effective_number`.
+    """
+
+    value: float
+    low: float
+    high: float
+    pixels: float
+
+
+def check_seeds(pictures: NDArray[np.floating]) -> None:
+    """(K, P, 3): two seeds at least."""
+    if pictures.ndim != 3 or pictures.shape[2] != 3 or pictures.shape[0] < 2:
+        raise ValueError(f'pictures of two seeds at least are needed, (K, P, 3), not {pictures.shape}')
+
+
+def paired_difference(a: NDArray[np.floating], b: NDArray[np.floating], mean: float) -> Paired:
+    """How far the converged pictures of two settings are apart, from renders (K, P, 3) of both with the same K seeds.
+
+    What noise the two share falls out with a - b = D. Of what is left, products of different seeds have no bias: with
+    K independent D of a pixel, the mean of D_i D_j over i != j expects the square of their common mean (a U-statistic:
+    Hoeffding 1948). Its interval is that of a mean over pixels that stand for all of the picture's.
+
+    Raises ValueError where the shapes are not alike, or the mean is not positive.
+    """
+    check_seeds(a)
+    if a.shape != b.shape or not mean > 0.0:
+        raise ValueError(f'pictures of one shape and a positive mean are needed, not {a.shape}, {b.shape} and {mean}')
+    d = (a - b) / mean
+    count = len(d)
+    products = (d.sum(axis=0) ** 2 - (d**2).sum(axis=0)) / (count * (count - 1))
+    squares = products.mean(axis=1)
+    value, high = float(squares.mean()), upper_mean(squares)
+    low = 2.0 * value - high
+    return Paired(*(math.sqrt(max(part, 0.0)) for part in (value, low, high)), pixels=effective_number(squares))
+
+
+def effective_number(values: NDArray[np.floating]) -> float:
+    """How many equal values would be as sure a sum (Kish 1965, effective sample size); all of them where all are 0."""
+    squares = float((values**2).sum())
+    return float(np.abs(values).sum()) ** 2 / squares if squares > 0.0 else float(len(values))
+
+
+def upper_mean(values: NDArray[np.floating]) -> float:
+    """Upper end of the 95 % interval of the mean; infinite for a single value."""
+    if len(values) < 2:
+        return math.inf
+    return float(values.mean() + SIGMAS * values.std(ddof=1) / math.sqrt(len(values)))
+
+
 # ---- FLIP.
 
 

@@ -17,6 +17,7 @@ from cotorra import auto, choices, demos, export, native, stats
 from cotorra.auto import measure, pilot
 from cotorra.export.buffers import Camera, RenderSettings, SceneBuffers
 from cotorra.log import Cancelled, Log
+from cotorra.metrics import Paired, paired_difference
 
 from render_calls import render_to, run_cli
 from scenes import build
@@ -48,13 +49,13 @@ def chosen(
 
 def converged(
     module: ModuleType, built: Any, camera: Camera, settings: tuple[RenderSettings, RenderSettings], samples: int
-) -> measure.Difference:
+) -> Paired:
     """Of the whole pictures, by other seeds than a pilot has."""
     found = [
         pilot.Pilot(module, built, camera, lambda: None).render(entry, samples, [7001, 7002, 7003, 7004]).pictures
         for entry in settings
     ]
-    return measure.difference(found[0], found[1], float(found[0].mean()))
+    return paired_difference(found[0], found[1], float(found[0].mean()))
 
 
 @pytest.mark.parametrize('name', ['box_room', 'three_lights', 'whitted_classic', 'material_grid'])

@@ -9,8 +9,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from cotorra.auto import measure, plan
-from cotorra.auto.measure import Difference, Noise
+from cotorra.auto.measure import Noise, few
 from cotorra.auto.plan import LIMITS, Probe, Sampling, Search, Spent
+from cotorra.metrics import Paired, paired_difference
 
 TOLERANCE = 0.01
 LIMITS_SET = dict(zip(LIMITS, (12, 4, 4, 12, 8), strict=True))
@@ -35,7 +36,7 @@ def test_the_interval_holds_the_difference_as_often_as_it_says():
         other = truth * (1.0 + 0.02 * chance.standard_normal((1024, 1)))
         shared = pictures(chance, np.zeros((1024, 3)), 0.05)
         a, b = (shared + pictures(chance, part, 0.05) for part in (truth, other))
-        found = measure.difference(a, b, 0.5)
+        found = paired_difference(a, b, 0.5)
         held += found.low <= wanted <= found.high
     assert 0.95 - 4 * 0.011 <= held / 400 <= 0.95 + 4 * 0.011
 
@@ -50,7 +51,7 @@ def test_noise_alone_makes_no_difference():
         a, b = pictures(chance, truth, 0.1), pictures(chance, truth, 0.1)
         d = a - b
         squares.append(float(((d.sum(axis=0) ** 2 - (d**2).sum(axis=0)) / 12).mean()))
-        assert measure.difference(a, b, 1.0).value == pytest.approx(max(squares[-1], 0.0) ** 0.5)
+        assert paired_difference(a, b, 1.0).value == pytest.approx(max(squares[-1], 0.0) ** 0.5)
     assert abs(np.mean(squares)) < 4 * np.std(squares) / 10
 
 
@@ -80,10 +81,10 @@ def test_a_few_pixels_dominate():
     loud = quiet.copy()
     loud[:, 100] = 5.0
     loud[:, 200] = -5.0
-    found = measure.difference(quiet, loud, 1.0)
-    assert found.dominated and found.pixels == pytest.approx(2.0)
-    even = measure.difference(quiet, quiet + 0.1, 1.0)
-    assert even.pixels == pytest.approx(1024.0) and not even.dominated
+    found = paired_difference(quiet, loud, 1.0)
+    assert few(found) and found.pixels == pytest.approx(2.0)
+    even = paired_difference(quiet, quiet + 0.1, 1.0)
+    assert even.pixels == pytest.approx(1024.0) and not few(even)
     assert even.value == pytest.approx(0.1)
 
 
@@ -92,9 +93,9 @@ def test_pictures_of_another_shape_are_refused(shape):
     with pytest.raises(ValueError, match='seeds'):
         measure.noise(np.zeros(shape), 4, 1.0)
     with pytest.raises(ValueError):
-        measure.difference(np.zeros((2, 5, 3)), np.zeros((2, 6, 3)), 1.0)
+        paired_difference(np.zeros((2, 5, 3)), np.zeros((2, 6, 3)), 1.0)
     with pytest.raises(ValueError, match='positive'):
-        measure.difference(np.zeros((2, 5, 3)), np.zeros((2, 5, 3)), 0.0)
+        paired_difference(np.zeros((2, 5, 3)), np.zeros((2, 5, 3)), 0.0)
 
 
 # ---- Budget
@@ -126,7 +127,7 @@ def made_up(needed: dict[str, float], high: float = 1.2, share: dict[str, float]
         rays = 1.0 - sum(
             (share or dict.fromkeys(LIMITS, 0.02))[name] * (LIMITS_SET[name] - limits[name]) for name in LIMITS
         )
-        return Probe(Difference(value, value / 2, value * high, 500.0), rays)
+        return Probe(Paired(value, value / 2, value * high, 500.0), rays)
 
     return probe
 
@@ -169,7 +170,7 @@ def test_a_wide_interval_simplifies_nothing():
 
 def test_fireflies_simplify_nothing():
     def probe(limits: dict[str, int]) -> Probe:
-        return Probe(Difference(0.004, 0.0, 0.008, 2.0), 0.5)
+        return Probe(Paired(0.004, 0.0, 0.008, 2.0), 0.5)
 
     search = Search(dict(LIMITS_SET), probe, TOLERANCE, frozenset(LIMITS))
     assert search.run() == LIMITS_SET

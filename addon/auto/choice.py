@@ -6,15 +6,17 @@ Each simplification is a row: what was asked for, what it became, and why.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 from ..choices import AUTO_ROWS
 from ..export.buffers import Camera, RenderSettings, SceneBuffers
+from ..metrics import Paired, paired_difference
 from . import measure, plan
 from .facts import Facts, undetected
-from .measure import Difference, Noise
+from .measure import Noise
 from .models import NORMAL, Part, needless, without, work
 from .pilot import Pilot, Rendered, seeds, small_camera
 from .plan import LIMITS, percent
@@ -69,12 +71,22 @@ class Choice:
     rows: tuple[Row, ...] = ()
     reason: str = ''
     tolerance: float = 0.0
-    difference: Difference | None = None
+    difference: Paired | None = None
     noise: tuple[float, float] | None = None
     rays: float = 1.0
     samples: float = 1.0
     pilot: dict[str, Any] | None = None
     scene: Any = None
+
+    @property
+    def bound(self) -> float:
+        """Most that the converged picture differs by: what was left out, and what pixels that stop early miss.
+
+        The latter is no more than the noise that they stop at.
+        """
+        left_out = self.difference.high if self.difference is not None else 0.0
+        stops = self.noise is not None and any(row.key == 'sampling' and row.simplified for row in self.rows)
+        return math.hypot(left_out, self.noise[1] if stops and self.settings.adaptive else 0.0)
 
     def figures(self) -> dict[str, Any]:
         """For the statistics: what JSON can hold."""
@@ -83,6 +95,7 @@ class Choice:
             'reason': self.reason,
             'tolerance': self.tolerance,
             'difference': asdict(self.difference) if self.difference is not None else None,
+            'bound': self.bound,
             'noise': list(self.noise) if self.noise is not None else None,
             'rays': self.rays,
             'samples': self.samples,
@@ -264,7 +277,7 @@ class Trial:
                 return False
             scene = self.pilot.built(without(buffers, parts), cost)
             other = self.render(chosen, self.spend.search, SEARCH, scene)
-            apart = measure.difference(self.base.pictures, other.pictures, self.mean)
+            apart = paired_difference(self.base.pictures, other.pictures, self.mean)
             good = plan.Probe(apart, 1.0).suffices(self.tolerance)
             if good:
                 self.scene = scene
@@ -283,11 +296,11 @@ class Trial:
             if not self.affords(self.cost_of(1, self.spend.search)):
                 raise plan.Spent
             other = self.render(with_limits(self.asked, limits), self.spend.search, SEARCH)
-            apart = measure.difference(self.base.pictures, other.pictures, self.mean)
+            apart = paired_difference(self.base.pictures, other.pictures, self.mean)
             self.known[key] = plan.Probe(apart, other.rays / self.base.rays)
         return self.known[key]
 
-    def verified(self, chosen: RenderSettings) -> tuple[Difference | None, float, Noise, Noise, str]:
+    def verified(self, chosen: RenderSettings) -> tuple[Paired | None, float, Noise, Noise, str]:
         """The difference of what was found, from seeds that it was not found by; None where that is nothing, or fails.
 
         With it: rays as a share of the base's, noise of a sample with and without it, and why it failed.
@@ -305,7 +318,7 @@ class Trial:
         if same:
             return None, 1.0, before, before, ''
         other = self.render(chosen, samples, VERIFY, self.scene)
-        apart = measure.difference(base.pictures, other.pictures, self.mean)
+        apart = paired_difference(base.pictures, other.pictures, self.mean)
         probe = plan.Probe(apart, other.rays / base.rays)
         if not probe.suffices(self.tolerance):
             why = f'{plan.UNSURE}: other seeds make it {plan.interval(apart)} of difference'

@@ -12,7 +12,8 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from .measure import Difference, Noise, upper_mean
+from ..metrics import Paired, upper_mean
+from .measure import Noise, few
 
 # ---- What a pilot may cost
 
@@ -70,7 +71,7 @@ WORTH = 0.01
 class Probe:
     """Settings beside the base: the difference of their converged pictures, and their rays as a share of the base's."""
 
-    difference: Difference
+    difference: Paired
     rays: float
 
     def suffices(self, tolerance: float) -> bool:
@@ -78,7 +79,7 @@ class Probe:
 
     def doubtful(self, tolerance: float) -> bool:
         """Whether a few pixels make a difference that would matter if there were only some more of them."""
-        return self.difference.dominated and self.difference.high > DOUBTFUL * tolerance
+        return few(self.difference) and self.difference.high > DOUBTFUL * tolerance
 
 
 # Of the tolerance: below, even an estimate that a few pixels make is small enough.
@@ -203,7 +204,7 @@ def percent(share: float) -> str:
     return f'{100.0 * share:.2g} %'
 
 
-def interval(found: Difference) -> str:
+def interval(found: Paired) -> str:
     return f'{100.0 * found.low:.2g} to {100.0 * found.high:.2g} %'
 
 

@@ -16,7 +16,7 @@ from .. import choices
 
 ENGINES = ('COTORRA', 'CYCLES', 'EEVEE')
 # Integrators whose pictures are noisy in the way that denoisers and the adaptive stop know.
-SAMPLED = ('PATH', 'DIRECT')
+SAMPLED = ('PATH', 'DIRECT', 'AUTO')
 RUNGS = 4  # numbers of samples of a series, unless asked otherwise
 STEP = 4  # from one to the next: half the error, each
 MOST_SAMPLES = 64  # where there is no budget

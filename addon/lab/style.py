@@ -17,10 +17,11 @@ COLORS = {
     'WHITTED': '#7b3fa0',
     'AO': '#56b4e9',
     'TOON': '#8a7a00',
+    'AUTO': '#e69f00',
     'CYCLES': '#d55e00',
     'EEVEE': '#cc79a7',
 }
-MARKERS = {'PATH': 'o', 'DIRECT': 's', 'WHITTED': '^', 'AO': 'v', 'TOON': 'P', 'CYCLES': 'D', 'EEVEE': 'X'}
+MARKERS = {'PATH': 'o', 'DIRECT': 's', 'WHITTED': '^', 'AO': 'v', 'TOON': 'P', 'AUTO': '*', 'CYCLES': 'D', 'EEVEE': 'X'}
 # Models in place of the materials take the integrator's color, the later in the list the lighter; a graphics card's
 # and an adaptive one are darker.
 MODEL_LIGHT, DEVICE_LIGHT, ADAPTIVE_LIGHT = 0.6, -0.35, -0.25
