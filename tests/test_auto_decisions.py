@@ -69,10 +69,34 @@ def test_what_is_small_and_bright_is_seen_between_the_pixels():
 def test_noise_of_one_sample_from_pictures_of_several():
     chance = np.random.default_rng(3)
     found = measure.noise(pictures(chance, np.full((4096, 3), 0.25), 0.1 / 4.0, 8), 16, 0.25)
-    assert found.variance.mean() == pytest.approx((0.1 / 0.25) ** 2, rel=0.02)
+    one = np.ones(4096)
+    assert found.after(one).mean() == pytest.approx((0.1 / 0.25) ** 2, rel=0.02)
     # film_error of one sample: sqrt(2 / pi) of the deviation, three channels, over the root of their sum.
-    assert found.error.mean() == pytest.approx((2.0 / np.pi) ** 0.5 * 3 * 0.1 / 0.75**0.5, rel=0.01)
-    assert not found.dominated
+    error = (2.0 / np.pi) ** 0.5 * 3 * 0.1 / 0.75**0.5
+    assert np.sqrt(found.samples_to(1.0)).mean() == pytest.approx(error, rel=0.01)
+    assert not found.dominated and found.slope == 1.0
+
+
+@pytest.mark.parametrize(('power', 'told'), [(0.5, 1.0), (1.0, 1.0), (1.25, 1.25), (2.0, measure.STEEPEST)])
+def test_how_fast_noise_falls_is_seen_between_two_numbers_of_samples(power, told):
+    """No faster than edges do, and no slower than independent samples."""
+    chance = np.random.default_rng(4)
+    truth = np.full((4096, 3), 1.0)
+    few, many = (pictures(chance, truth, 0.3 * count ** (-0.5 * power), 8) for count in (4, 64))
+    found = measure.noise(many, 64, 1.0, (few, 4))
+    assert found.slope == pytest.approx(told, abs=0.02)
+    more = found.after(np.full(4096, 256.0)).mean() / found.variance.mean()
+    assert more == pytest.approx(4.0**-found.slope)
+    samples = found.samples_to(1e-3)
+    back = found.error * (samples / 64.0) ** (-0.5 * found.slope)
+    assert back == pytest.approx(np.full(4096, 1e-3))
+
+
+def test_fireflies_tell_no_slope():
+    chance = np.random.default_rng(5)
+    few, many = (pictures(chance, np.full((256, 3), 1.0), noise) for noise in (1e-3, 1e-4))
+    few[0, 3] += 10.0
+    assert measure.noise(many, 64, 1.0, (few, 4)).slope == 1.0
 
 
 def test_a_few_pixels_dominate():

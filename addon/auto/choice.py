@@ -314,7 +314,7 @@ class Trial:
             samples = left // self.cost_of(plan.VERIFIED, 1)
         samples = min(samples, plan.SAMPLES_MAX)
         base = self.render(self.asked, samples, VERIFY)
-        before = measure.noise(base.pictures, samples, self.mean)
+        before = measure.noise(base.pictures, samples, self.mean, (self.base.pictures, self.spend.search))
         if same:
             return None, 1.0, before, before, ''
         other = self.render(chosen, samples, VERIFY, self.scene)
@@ -330,7 +330,8 @@ class Trial:
         if measure.seen_between(*wide, self.mean, self.tolerance):
             why = f'{plan.UNSURE}: something small and bright lies between its pixels'
             return None, 1.0, before, before, why
-        return apart, probe.rays, measure.noise(other.pictures, samples, self.mean), before, ''
+        after = replace(measure.noise(other.pictures, samples, self.mean), slope=before.slope)
+        return apart, probe.rays, after, before, ''
 
     def limit_rows(self, search: plan.Search, chosen: RenderSettings, why: str) -> list[Row]:
         direct = chosen.integrator == 'DIRECT'

@@ -232,13 +232,13 @@ class Sampling:
         if not self.adaptive:
             return np.full(len(noise.variance), float(self.samples))
         least = min(self.first_look(), self.samples)
-        wanted = np.clip((noise.error / self.threshold) ** 2, least, self.samples)
+        wanted = np.clip(noise.samples_to(self.threshold), least, self.samples)
         ends = np.array(pass_ends(self.samples), np.float64)
         return ends[np.minimum(np.searchsorted(ends, wanted - 1e-9), len(ends) - 1)]
 
     def error(self, noise: Noise) -> tuple[float, float]:
         """Root mean square of the noise that is left, share of the mean: estimate, and upper end of its interval."""
-        left = noise.variance / self.taken(noise)
+        left = noise.after(self.taken(noise))
         return float(np.sqrt(left.mean())), float(np.sqrt(upper_mean(left)))
 
     def work(self, noise: Noise) -> float:
