@@ -64,7 +64,7 @@ def render_settings(
         passes=native_passes,
         cache=str(native.cache_folder()),
         **{name: cycles_settings.inherited(scene, name) for name in INHERITED},
-        **{name: _inherited_number(scene, name, log) for name in INHERITED_NUMBERS},
+        **{name: inherited_number(scene, name, log) for name in INHERITED_NUMBERS},
         **{name: getattr(own, name) for name in SAME_NAMES},
         **{name: _number(own, name, scene, log) for name in NUMBERS},
         **{name: _color(own, name, scene, log) for name in COLORS},
@@ -95,7 +95,7 @@ def denoising(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer) -> Denois
 
 def time_limit(scene: bpy.types.Scene, log: Log) -> float:
     """Seconds after which rendering stops; 0: none."""
-    return _inherited_number(scene, 'time_limit', log)
+    return inherited_number(scene, 'time_limit', log)
 
 
 def auto_tolerance(scene: bpy.types.Scene, log: Log) -> float:
@@ -110,10 +110,11 @@ def auto_rows(own: bpy.types.PropertyGroup) -> frozenset[str]:
 
 def _noise_threshold(scene: bpy.types.Scene, samples: int, log: Log) -> float:
     """Where it is 0, Cycles takes one that suits the samples."""
-    return _inherited_number(scene, 'noise_threshold', log) or max(0.001, 1.0 / samples)
+    return inherited_number(scene, 'noise_threshold', log) or max(0.001, 1.0 / samples)
 
 
-def _inherited_number(scene: bpy.types.Scene, name: str, log: Log) -> float:
+def inherited_number(scene: bpy.types.Scene, name: str, log: Log) -> float:
+    """Ours or Cycles', whichever holds, within what can be rendered; a warning where it is not."""
     return _number(*cycles_settings.source(scene, name), scene, log)
 
 

@@ -19,6 +19,8 @@ from cotorra import choices, cycles_settings, native, stats
 from cotorra.export import bounds
 from cotorra.export.buffers import PASSES as PASS_CHANNELS
 from cotorra.export.buffers import Camera, RenderSettings, SceneBuffers
+from cotorra.log import Log
+from cotorra.viewport import preview
 
 from classic_scenes import Lamp, Material, camera, exported, quad, session
 from render_calls import read_exr, render_to
@@ -119,9 +121,21 @@ def test_settings_of_the_scene(scene, tmp_path, integrator):
     own = scene.cotorra
     own.integrator, own.use_reinhard, own.use_ambient_occlusion, own.ambient_strength = integrator, True, True, 0.5
     own.use_adaptive_sampling = True
-    told = survive(scene, own, tmp_path, values=(NAN, HUGE))
+    names = [name for name in numbers(own) if not name.startswith('preview_')]  # the viewport's alone
+    told = survive(scene, own, tmp_path, names, values=(NAN, HUGE))
     assert {'ambient_color = nan', 'reinhard_white = nan', 'outline_width = nan'} <= told.keys()
-    all_named(told, 'Scene "Scene": ', *numbers(own))
+    all_named(told, 'Scene "Scene": ', *names)
+
+
+@pytest.mark.parametrize('value', [NAN, HUGE])
+def test_settings_of_the_viewport(scene, value):
+    """What the native module would refuse does not reach it."""
+    scene.cotorra.settings_from = 'COTORRA'
+    scene.cotorra.preview_noise_threshold = value
+    log = Log()
+    found = preview.render_settings(scene, bpy.context.view_layer, 'COMBINED', log)
+    assert 0.0 < found.noise_threshold < 1e16
+    assert bool(log.texts('WARNING')) == math.isnan(scene.cotorra.preview_noise_threshold)
 
 
 def test_settings_for_cycles_and_the_world(scene, tmp_path):

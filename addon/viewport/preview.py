@@ -28,7 +28,7 @@ def render_settings(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer, sho
         # As in Cycles, 0 goes on for as long as one looks.
         samples=cycles_settings.inherited(scene, 'preview_samples') or SAMPLES_MAX,
         adaptive=cycles_settings.inherited(scene, 'use_preview_adaptive_sampling'),
-        noise_threshold=cycles_settings.inherited(scene, 'preview_noise_threshold') or 0.01,
+        noise_threshold=settings.inherited_number(scene, 'preview_noise_threshold', log) or 0.01,
         adaptive_min_samples=cycles_settings.inherited(scene, 'preview_adaptive_min_samples'),
     )
 
