@@ -42,6 +42,11 @@ INHERITED = {
     'use_preview_adaptive_sampling': 'cycles.use_preview_adaptive_sampling',
     'preview_noise_threshold': 'cycles.preview_adaptive_threshold',
     'preview_adaptive_min_samples': 'cycles.preview_adaptive_min_samples',
+    'use_preview_denoising': 'cycles.use_preview_denoising',
+    'preview_denoising_start_sample': 'cycles.preview_denoising_start_sample',
+    'preview_denoising_inputs': 'cycles.preview_denoising_input_passes',
+    'preview_denoising_prefilter': 'cycles.preview_denoising_prefilter',
+    'preview_denoising_quality': 'cycles.preview_denoising_quality',
     'preview_pause': 'cycles.preview_pause',
 }
 

@@ -246,6 +246,37 @@ class CotorraSceneSettings(bpy.types.PropertyGroup):
         soft_max=4096,
         update=tag_scene,
     )
+    use_preview_denoising: switch('Viewport Denoise', 'Take the noise out of the viewport with OpenImageDenoise')
+    preview_denoising_start_sample: IntProperty(
+        name='Start Sample',
+        description='Samples that the viewport takes before it is denoised',
+        default=1,
+        min=0,
+        max=SAMPLES_MAX,
+        soft_max=128,
+        update=tag_scene,
+    )
+    preview_denoising_inputs: EnumProperty(
+        name='Passes',
+        description='What tells noise from detail',
+        items=DENOISING_INPUTS,
+        default='RGB_ALBEDO',
+        update=tag_scene,
+    )
+    preview_denoising_prefilter: EnumProperty(
+        name='Prefilter',
+        description='What is done about noise in albedo and normal',
+        items=DENOISING_PREFILTERS,
+        default='FAST',
+        update=tag_scene,
+    )
+    preview_denoising_quality: EnumProperty(
+        name='Quality',
+        description='Quality of the denoised viewport against time',
+        items=DENOISING_QUALITIES,
+        default='FAST',
+        update=tag_scene,
+    )
     preview_pause: switch('Pause Preview', 'Leave the Rendered viewport as it is')
 
     time_limit: FloatProperty(

@@ -254,6 +254,11 @@ OTHER = {
     'use_preview_adaptive_sampling': False,
     'preview_noise_threshold': 0.05,
     'preview_adaptive_min_samples': 20,
+    'use_preview_denoising': True,
+    'preview_denoising_start_sample': 7,
+    'preview_denoising_inputs': 'RGB',
+    'preview_denoising_prefilter': 'ACCURATE',
+    'preview_denoising_quality': 'BALANCED',
     'preview_pause': True,
 }
 

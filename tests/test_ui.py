@@ -195,7 +195,7 @@ def test_the_settings_that_hold_are_shown(settings_from):
     scene = build.new_scene()
     scene.cotorra.settings_from, scene.cotorra.max_bounces = settings_from, 3
     panels = ('sampling', 'sampling_denoise', 'sampling_seed', 'light_paths_max_bounces', 'light_paths_clamping')
-    panels += ('light_paths_caustics', 'sampling_viewport')
+    panels += ('light_paths_caustics', 'sampling_viewport', 'sampling_viewport_denoise')
     found = {name for panel in panels for name in drawn(f'COTORRA_RENDER_PT_{panel}')}
     shown = {cycles_settings.source(scene, name)[1] for name in cycles_settings.INHERITED}
     if not scene.cycles.use_adaptive_sampling:

@@ -244,3 +244,30 @@ def test_what_is_left_out_is_told(window: Window) -> None:
     said = set(stats.of_viewports(scene.name)) - set(before)
     assert said == {'Object "Quad": holdout is not supported yet: it is rendered as an ordinary object'}
     assert said <= set(warnings_panel.problems(scene))
+
+
+def test_noise_is_taken_out_from_a_sample_on(window: Window) -> None:
+    """The clean picture replaces the noisy one, and no noisy one is shown after it."""
+    scene = bpy.context.scene
+    quad = bpy.data.objects['Quad']
+    quad.location.z = -0.5
+    bpy.data.lights['Point'].shadow_soft_size = 1.0
+    block = build.mesh_object(scene, 'Block')
+    block.scale, block.location = (0.4, 0.4, 1.0), (0.0, 0.0, 1.0)
+    bpy.context.view_layer.update()
+    window.update()
+    window.settle()
+    noisy = window.pictures[-1][0][..., :3]
+    scene.cycles.use_preview_denoising, scene.cycles.preview_denoising_start_sample = True, 4
+    scene.update_tag()
+    bpy.context.view_layer.update()
+    window.settle()
+    clean = window.pictures[-1][0][..., :3]
+    assert clean.shape == noisy.shape and np.isfinite(clean).all()
+    assert clean.mean() == pytest.approx(noisy.mean(), rel=0.05)
+
+    def roughness(pixels: np.ndarray) -> float:
+        return float(np.abs(np.diff(pixels.mean(axis=2), axis=1)).mean())
+
+    assert roughness(clean) < 0.8 * roughness(noisy)
+    assert not window.viewport._denoiser.busy and window.viewport._clean

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import bpy
 
-from .. import cycles_settings, stats
+from .. import cycles_settings, settings, stats
 from ..choices import ENGINE
 from .panel import CotorraPanel, setting, split_layout
 
@@ -35,6 +35,29 @@ class COTORRA_RENDER_PT_sampling_viewport(CotorraPanel, bpy.types.Panel):
         layout.prop(scene.render, 'preview_pixel_size', text='Pixel Size')
 
 
+class COTORRA_RENDER_PT_sampling_viewport_denoise(CotorraPanel, bpy.types.Panel):
+    bl_label = 'Denoise'
+    bl_parent_id = 'COTORRA_RENDER_PT_sampling_viewport'
+    bl_options = {'DEFAULT_CLOSED'}
+
+    @classmethod
+    def poll(cls, context):
+        return super().poll(context) and context.scene.cotorra.integrator in settings.DENOISED
+
+    def draw_header(self, context):
+        setting(self.layout, context.scene, 'use_preview_denoising', text='')
+
+    def draw(self, context):
+        layout = split_layout(self)
+        scene = context.scene
+        layout.active = bool(cycles_settings.inherited(scene, 'use_preview_denoising'))
+        setting(layout, scene, 'preview_denoising_inputs')
+        if cycles_settings.inherited(scene, 'preview_denoising_inputs') != 'RGB':
+            setting(layout, scene, 'preview_denoising_prefilter')
+        setting(layout, scene, 'preview_denoising_quality')
+        setting(layout, scene, 'preview_denoising_start_sample')
+
+
 class COTORRA_VIEW3D_PT_shading_pass(bpy.types.Panel):
     """In the popover of the shading modes."""
 
@@ -51,7 +74,11 @@ class COTORRA_VIEW3D_PT_shading_pass(bpy.types.Panel):
         self.layout.prop(context.space_data.shading.cotorra, 'render_pass', text='')
 
 
-CLASSES = (COTORRA_RENDER_PT_sampling_viewport, COTORRA_VIEW3D_PT_shading_pass)
+CLASSES = (
+    COTORRA_RENDER_PT_sampling_viewport,
+    COTORRA_RENDER_PT_sampling_viewport_denoise,
+    COTORRA_VIEW3D_PT_shading_pass,
+)
 
 
 def draw_pause(self, context):

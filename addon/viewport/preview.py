@@ -12,6 +12,7 @@ import bpy
 
 from .. import cycles_settings, settings
 from ..choices import SAMPLES_MAX, VIEWPORT_PASSES
+from ..denoise import Denoising
 from ..export.buffers import RenderSettings
 from ..log import Log
 
@@ -22,7 +23,9 @@ NATIVE_PASSES = {identifier: native for identifier, native, *_ in VIEWPORT_PASSE
 def render_settings(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer, shown: str, log: Log) -> RenderSettings:
     """For the viewport. scene and view_layer are the evaluated ones; shown: one of choices.VIEWPORT_PASSES."""
     native = NATIVE_PASSES[shown]
-    found = settings.render_settings(scene, view_layer, tuple(dict.fromkeys(('combined', native))), log)
+    how = denoising(scene, shown)
+    features = () if how is None else how.features()
+    found = settings.render_settings(scene, view_layer, tuple(dict.fromkeys(('combined', native, *features))), log)
     return replace(
         found,
         # As in Cycles, 0 goes on for as long as one looks.
@@ -31,6 +34,21 @@ def render_settings(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer, sho
         noise_threshold=settings.inherited_number(scene, 'preview_noise_threshold', log) or 0.01,
         adaptive_min_samples=cycles_settings.inherited(scene, 'preview_adaptive_min_samples'),
     )
+
+
+def denoising(scene: bpy.types.Scene, shown: str) -> Denoising | None:
+    """How the viewport is denoised; None where it shows what there is."""
+    wanted = cycles_settings.inherited(scene, 'use_preview_denoising')
+    if not wanted or shown != COMBINED or scene.cotorra.integrator not in settings.DENOISED:
+        return None
+    names = ('inputs', 'prefilter', 'quality')
+    how = {name: cycles_settings.inherited(scene, f'preview_denoising_{name}') for name in names}
+    return Denoising(threads=scene.render.threads, **how)
+
+
+def denoising_start(scene: bpy.types.Scene) -> int:
+    """Samples from which on the viewport is denoised."""
+    return cycles_settings.inherited(scene, 'preview_denoising_start_sample')
 
 
 def shown_pass(space: bpy.types.SpaceView3D) -> str:

@@ -8,7 +8,7 @@ which are asked for what they have; where something is waited for, the interpret
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from types import ModuleType
 from typing import Any
 
@@ -35,12 +35,14 @@ class Picture:
 
     pixels: (height, width, 4) float32, row 0 is the bottom. place: x, y, width, height in pixels of the region.
     divisor: how many of the region's pixels stand along a side of each. samples: that each pixel has at least.
+    features: what a denoiser is shown beside it, by native pass; none where pixels are large.
     """
 
     pixels: np.ndarray
     place: tuple[int, int, int, int]
     divisor: int
     samples: int
+    features: dict[str, np.ndarray] = field(default_factory=dict)
 
 
 class Progression:
@@ -60,11 +62,26 @@ class Progression:
         self._camera: Camera | None = None
         self._settings = RenderSettings()
         self._native = 'combined'
+        self._features: tuple[str, ...] = ()
+        self._features_from = 0
         self._seconds_per_pixel = 0.0
 
-    def restart(self, scene: Any, camera: Camera, settings: RenderSettings, native_pass: str, finest: int) -> None:
-        """Begin anew. finest: pixels of the region along a side of each that is rendered in the end."""
+    def restart(
+        self,
+        scene: Any,
+        camera: Camera,
+        settings: RenderSettings,
+        native_pass: str,
+        finest: int,
+        features: tuple[str, ...] = (),
+        features_from: int = 0,
+    ) -> None:
+        """Begin anew. finest: pixels of the region along a side of each that is rendered in the end.
+
+        features: native passes that pictures bring along from so many samples on.
+        """
         self.stop()
+        self._features, self._features_from = features, features_from
         self._scene, self._camera, self._settings, self._native = scene, camera, settings, native_pass
         self._divisors = [*self._coarse(camera, finest), finest]
         self._open()
@@ -182,7 +199,12 @@ class Progression:
             pixels[..., :3] = out
             out = pixels
         d = self._divisor
-        return Picture(out, (x * d, y * d, w * d, h * d), d, samples)
+        features = {}
+        if not self._divisors and samples >= self._features_from:
+            for name in self._features:
+                features[name] = np.empty((h, w, PASSES[name]), np.float32)
+                session.read(name, features[name])
+        return Picture(out, (x * d, y * d, w * d, h * d), d, samples, features)
 
 
 def _ended(session: Any) -> bool:

@@ -16,12 +16,14 @@ from typing import Any
 import bpy
 
 from .. import export, native, settings, stats, watch
+from ..denoise import Denoising
 from ..export.buffers import Camera, RenderSettings, SceneBuffers
 from ..log import Log, spelled
 from ..reporter import duration
 from ..sync import changes, stores
 from . import preview, ticking, view
 from .building import Build
+from .denoising import Denoiser
 from .drawing import Canvas
 from .progression import Picture, Progression
 
@@ -52,6 +54,9 @@ class Viewport:
         self._exported: tuple | None = None  # what of the space's settings the scene was exported with
         self._stale = False  # whether a session must begin, whatever the camera
         self._paused = False
+        self._denoiser = Denoiser()
+        self._denoising: Denoising | None = None
+        self._clean = False  # whether what is shown is without noise
         self._began = time.perf_counter()
         self._rested = 0.0
         self._lost: tuple[tuple, str] | None = None  # a graphics card that failed, and what is said of it
@@ -92,17 +97,19 @@ class Viewport:
             return False
         try:
             news = (build is not None and build.done()) or (progression is not None and progression.has_news())
+            news = news or self._denoiser.has_news
         except Exception:  # of the session's threads: `draw` tells it
             news = True
         if news:
             engine.tag_redraw()
-        return build is not None or (progression is not None and progression.working)
+        return build is not None or (progression is not None and progression.working) or self._denoiser.busy
 
     def close(self) -> None:
         """End all threads, and let go of what is held. May be called again."""
         self.closed = True
         ticking.forget(self)
         stats.forget_viewport(id(self))
+        self._denoiser.cancel()
         build, self._build = self._build, None
         if build is not None:
             build.cancel()
@@ -201,32 +208,51 @@ class Viewport:
                 self._progression.stop()
             self._stale = True
             return
-        if self._stale or not view.same(camera, self._camera) or (wanted, shown, finest) != self._shown:
-            self._restart(camera, wanted, shown, finest)
+        self._denoising, start = preview.denoising(scene, shown), preview.denoising_start(scene)
+        known = wanted, shown, finest, self._denoising, start
+        if self._stale or not view.same(camera, self._camera) or known != self._shown:
+            self._restart(camera, known)
             self._progression.wait(WAIT_FOR_COARSE)
-        picture = self._progression.take()
-        if picture is not None:
-            self._load(picture, size)
-        if self._progression.working:
+        self._show(self._progression.take(), size)
+        if self._progression.working or self._denoiser.busy:
             ticking.watch(self)
         elif self._rested == 0.0:
             self._rested = time.perf_counter() - self._began
 
-    def _restart(self, camera: Camera, wanted: RenderSettings, shown: str, finest: int) -> None:
+    def _restart(self, camera: Camera, known: tuple) -> None:
+        wanted, shown, finest, how, start = known
         if self._progression is None:
             self._progression = Progression(native.load())
-        self._camera, self._settings, self._shown = camera, wanted, (wanted, shown, finest)
-        self._stale = False
+        self._denoiser.cancel()
+        self._camera, self._settings, self._shown = camera, wanted, known
+        self._stale = self._clean = False
         self._began, self._rested = time.perf_counter(), 0.0
         self.message = ''
-        self._progression.restart(self._scene, camera, wanted, preview.NATIVE_PASSES[shown], finest)
+        features = () if how is None else how.features()
+        self._progression.restart(
+            self._scene, camera, wanted, preview.NATIVE_PASSES[shown], finest, features, start if features else 0
+        )
+
+    def _show(self, picture: Picture | None, size: tuple[int, int]) -> None:
+        """The newest picture: a clean one, from the first of these on."""
+        how, start = self._shown[3:]
+        if picture is not None:
+            if how is not None and picture.divisor == self._shown[2] and picture.samples >= start:
+                self._denoiser.offer(picture, how)
+            if not self._clean:
+                self._load(picture, size)
+        clean = self._denoiser.take()
+        if clean is not None:
+            self._clean = True
+            self._load(clean, size)
 
     def _load(self, picture: Picture, size: tuple[int, int]) -> None:
         native_pass = preview.NATIVE_PASSES[self._shown[1]]
+        pixels = picture.pixels.copy() if self._denoising is not None else picture.pixels
         if native_pass == 'sample_count':
-            picture.pixels[..., :3] /= max(picture.samples, 1)
-        self._film.develop(native_pass, picture.pixels)
-        self._canvas.load(picture.pixels, picture.place, size)
+            pixels[..., :3] /= max(picture.samples, 1)
+        self._film.develop(native_pass, pixels)
+        self._canvas.load(pixels, picture.place, size)
 
     # ---- What is said
 
@@ -276,6 +302,7 @@ class Viewport:
 
     def _rest(self) -> None:
         """Nothing is at work, and nothing will be before the next edit."""
+        self._denoiser.cancel()
         build, self._build = self._build, None
         if build is not None:
             build.cancel()
