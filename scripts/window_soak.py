@@ -7,6 +7,7 @@ operation before it begins: where Blender crashes, the last one is known.
 
 from __future__ import annotations
 
+import ctypes
 import gc
 import json
 import math
@@ -472,6 +473,12 @@ def viewports() -> list[object]:
     return [] if module is None else [found for found in gc.get_objects() if type(found) is module.Viewport]
 
 
+def stores() -> list[object]:
+    """What is kept of scenes: it ends with the last viewport."""
+    module = sys.modules.get(f'{EXTENSION}.sync.stores')
+    return [] if module is None else list(module._stores.values())
+
+
 def threads() -> int:
     return len(os.listdir('/proc/self/task'))
 
@@ -543,10 +550,15 @@ class Run:
             bpy.ops.wm.read_homefile(use_factory_startup=False)
             return 3.0
         gc.collect()
+        used = memory()
+        if sys.platform == 'linux':
+            ctypes.CDLL(None).malloc_trim(0)  # what is free, though the process still has it
         # Embree, Blender and the graphics driver keep pools of threads of their own.
         self.write(
             ended=True,
             memory_end=memory(),
+            memory_before_trim=used,
+            stores_left=len(stores()),
             viewports_left=len(viewports()),
             threads_left=max(0, threads() - max(self.threads, 40)),
         )

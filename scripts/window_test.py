@@ -83,8 +83,9 @@ def watch(arguments: argparse.Namespace) -> tuple[dict, list[str]]:
     if tracebacks:
         faults.append(f'{tracebacks} tracebacks in {log}')
     if found.get('ended'):
-        if found['viewports_left'] or found['threads_left']:
-            faults.append(f'left behind: {found["viewports_left"]} viewports, {found["threads_left"]} threads')
+        left = {name: found[f'{name}_left'] for name in ('viewports', 'stores', 'threads')}
+        if any(left.values()):
+            faults.append(f'left behind: {left}')
         if found['memory_end'] > MEMORY_RATIO * found['memory_start']:
             faults.append(f'memory grew from {found["memory_start"] >> 20} to {found["memory_end"] >> 20} MiB')
     if faults:

@@ -7,6 +7,8 @@ Stand-ins take what would be drawn; what Blender's own window does is tried by s
 from __future__ import annotations
 
 import threading
+from dataclasses import replace
+from types import ModuleType, SimpleNamespace
 
 import bpy
 import numpy as np
@@ -49,8 +51,7 @@ def final(scene: bpy.types.Scene, name: str = 'combined') -> np.ndarray:
     built = module.Scene(exported(scene), embree=native.embree_library())
     evaluated = bpy.context.evaluated_depsgraph_get()
     found = settings.render_settings(evaluated.scene_eval, evaluated.view_layer_eval, ('combined', name), Log())
-    values = {key: getattr(found, key) for key in found.__dataclass_fields__}
-    session = module.Session(built, exported_camera(scene), RenderSettings(**values | {'samples': SAMPLES}))
+    session = module.Session(built, exported_camera(scene), replace(found, samples=SAMPLES, device='CPU'))
     session.start()
     assert session.wait(60.0)
     out = np.zeros((SIZE[1], SIZE[0], 4 if name == 'combined' else 3), np.float32)
@@ -271,3 +272,55 @@ def test_noise_is_taken_out_from_a_sample_on(window: Window) -> None:
 
     assert roughness(clean) < 0.8 * roughness(noisy)
     assert not window.viewport._denoiser.busy and window.viewport._clean
+
+
+def without_card(reason: str) -> SimpleNamespace:
+    """The native module where a graphics card cannot be used."""
+    module = native.load()
+
+    def session(scene: object, camera: object, settings: RenderSettings, **options: object) -> object:
+        if settings.device != 'CPU':
+            raise module.DeviceError(reason)
+        return module.Session(scene, camera, settings, **options)
+
+    return SimpleNamespace(Scene=module.Scene, Session=session, Cancelled=module.Cancelled)
+
+
+@pytest.mark.parametrize('falls_back', [True, False])
+def test_a_card_that_fails(window: Window, monkeypatch: pytest.MonkeyPatch, falls_back: bool) -> None:
+    """The CPU renders instead, and the viewport says so; or it says what is wrong, where that is not wanted."""
+    scene = bpy.context.scene
+    scene.cotorra.device, scene.cotorra.use_device_fallback = 'VULKAN', falls_back
+    stand_in = without_card('the card is lost')
+    monkeypatch.setattr(native, 'load', lambda: stand_in)
+    window.update()
+    window.settle()
+    if not falls_back:
+        assert window.said == 'Cotorra: VULKAN: the card is lost' and not window.pictures
+        return
+    assert window.said == 'Rendering Done' and window.pictures[-1][0][..., :3].max() > 0.1
+    assert any('The CPU renders instead of VULKAN: the card is lost' in words for words, _ in window.engine.words)
+    # It stays so with edits, until another card is chosen.
+    count = len(window.pictures)
+    bpy.data.lights['Point'].energy *= 2.0
+    bpy.context.view_layer.update()
+    window.update()
+    window.settle()
+    assert window.said == 'Rendering Done' and len(window.pictures) > count
+
+
+def test_a_card_keeps_the_scene_where_the_view_moves(window: Window, module: ModuleType) -> None:
+    scene = bpy.context.scene
+    scene.cotorra.device = 'VULKAN'
+    window.update()
+    window.settle()
+    session = window.viewport._progression._session
+    expected = final(scene)
+    assert np.abs(window.pictures[-1][0] - expected).mean() < 1e-3
+    scene.camera.location.x += 0.5
+    bpy.context.view_layer.update()
+    window.settle()
+    assert window.viewport._progression._session is session
+    assert session.stats()['device'] != 'CPU'
+    assert np.abs(window.pictures[-1][0] - final(scene)).mean() < 1e-3
+    assert np.abs(window.pictures[-1][0] - expected).mean() > 1e-2
