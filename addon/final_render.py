@@ -19,6 +19,7 @@ from . import auto, denoise, export, lamps, native, passes, preview, settings, s
 from .export.buffers import Camera, RenderSettings, SceneBuffers
 from .log import Cancelled, Log, spelled
 from .reporter import Reporter, position_in_frame
+from .sync import changes, stores
 
 POLL_SECONDS = 0.05
 
@@ -149,7 +150,9 @@ class RenderJob:
         size = (self.result.resolution_x, self.result.resolution_y)
         if camera.region[2:] != size:
             raise ValueError(f'the camera renders {camera.region}, but Blender wants {size}')
-        buffers = export.export_scene(self.depsgraph, self.scene, self.layer, self.log)
+        store = None if self.engine.is_preview else stores.store_of_render(self.depsgraph)
+        kept = None if store is None else store.kept
+        buffers = export.export_scene(self.depsgraph, self.scene, self.layer, self.log, kept=kept)
         sources = passes.native_sources(self.result, buffers.light_groups, lamps.pass_numbers(self.layer))
         self.denoising = settings.denoising(self.scene, self.layer)
         features = self.denoising.features() if self.denoising is not None else ()
@@ -173,12 +176,11 @@ class RenderJob:
         # Build: the arrays become a scene that rays can be sent into.
         self.reporter.phase('Building')
         began = time.perf_counter()
-        native_scene = interruptible(
-            module, self.log, lambda stop: module.Scene(buffers, should_cancel=stop, bvh=False)
-        )
+        native_scene, previous = self.native_scene(module, buffers, store)
         del buffers
         if render_settings.device == 'CPU':
-            self.build_bvh(module, native_scene, render_settings.threads)
+            self.build_bvh(module, native_scene, render_settings.threads, previous)
+        del previous
         self.stats.build_seconds = time.perf_counter() - began
         self.stats.scene = dict(native_scene.stats())
         self.reporter.scene_bytes = self.stats.scene['memory_bytes']
@@ -244,10 +246,29 @@ class RenderJob:
             self.log.info(sentence)
         return chosen.scene or scene, chosen.settings
 
-    def build_bvh(self, module: ModuleType, scene: Any, threads: int) -> None:
-        """What the CPU needs to trace rays; graphics cards build their own."""
+    def native_scene(self, module: ModuleType, buffers: SceneBuffers, store: stores.Store | None) -> tuple[Any, Any]:
+        """The scene, and one from before whose BVHs it may take over; with Persistent Data the very one from before,
+        where nothing changed."""
+        if store is None:
+            return interruptible(
+                module, self.log, lambda stop: module.Scene(buffers, should_cancel=stop, bvh=False)
+            ), None
+        previous = store.scene
+        if store.buffers is not None and changes.equal(store.buffers, buffers):
+            return previous, None
+        scene = interruptible(
+            module,
+            self.log,
+            lambda stop: module.Scene(buffers, should_cancel=stop, bvh=False, editable=True, previous=previous),
+        )
+        store.scene, store.buffers = scene, buffers
+        return scene, previous
+
+    def build_bvh(self, module: ModuleType, scene: Any, threads: int, previous: Any = None) -> None:
+        """What the CPU needs to trace rays, if it has not; graphics cards build their own."""
         embree = native.embree_library()
-        interruptible(module, self.log, lambda stop: scene.build_bvh(threads, embree, should_cancel=stop))
+        known = {} if previous is None else {'previous': previous}
+        interruptible(module, self.log, lambda stop: scene.build_bvh(threads, embree, should_cancel=stop, **known))
 
     def open_session(self, module: ModuleType, scene: Any, camera: Camera, render_settings: RenderSettings) -> Any:
         try:

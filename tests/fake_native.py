@@ -50,14 +50,14 @@ def reset() -> None:
 
 
 class Scene:
-    def __init__(self, buffers, threads=0, embree='', should_cancel=None, bvh=True):
+    def __init__(self, buffers, threads=0, embree='', should_cancel=None, bvh=True, editable=False, previous=None):
         self.bvh = False
         if fail_in == 'scene':
             raise ValueError('positions[3] = nan')
         if bvh:
             self.build_bvh(threads, embree, should_cancel)
 
-    def build_bvh(self, threads=0, embree='', should_cancel=None):
+    def build_bvh(self, threads=0, embree='', should_cancel=None, previous=None):
         assert embree, 'the engine must name an Embree library'
         self.bvh = True
         end = time.perf_counter() + build_seconds

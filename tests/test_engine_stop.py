@@ -91,7 +91,7 @@ def test_a_failure_anywhere_is_an_error_and_the_next_render_works(scene, tmp_pat
     ],
 )
 def test_no_exception_of_any_kind_reaches_blender(scene, tmp_path, monkeypatch, failure, words):
-    def fail(*_arguments):
+    def fail(*_arguments, **_named):
         raise failure
 
     monkeypatch.setattr(export, 'export_scene', fail)

@@ -73,9 +73,10 @@ class Kept:
         self.images = None
         self._shaders = {key: found for key, found in self._shaders.items() if not found.images}
 
-    def forget_shaders(self) -> None:
+    def forget_shaders(self, images: bool = True) -> None:
         """After an undo, say: everything that has no number of its own for each of its states."""
-        self.images = None
+        if images:
+            self.images = None
         self._shaders.clear()
 
     # ---- What the exporter asks
