@@ -147,6 +147,13 @@ def lamp_behind_glass(size: float) -> bpy.types.Scene:
         # Off the middles of the pilot's pixels, 0.042 m apart.
         item.location, item.scale = (-0.75 + 0.0179, 0.0181, height), (wide, wide, 1.0)
         item.data.materials.append(build.material(name, **inputs))
+        if name in ('Front', 'Back'):
+            # No constant: nothing but a pilot tells how smooth it is.
+            tree = item.data.materials[0].node_tree
+            noise, zero = build.node(tree, 'TexNoise'), build.node(tree, 'Math')
+            zero.operation, zero.inputs[1].default_value = 'MULTIPLY', 0.0
+            build.connect(tree, noise.outputs[0], zero.inputs[0])
+            build.connect(tree, zero.outputs[0], build.principled(item.data.materials[0]).inputs['Roughness'])
     # It is seen, and lights nothing.
     scene.objects['Spark'].visible_diffuse = scene.objects['Spark'].visible_glossy = False
     bpy.data.materials['Spark'].cycles.emission_sampling = 'NONE'
@@ -166,6 +173,22 @@ def test_a_tiny_light_between_the_pixels_is_not_left_out(sentinel, monkeypatch):
     limits = replace(found.settings, samples=ASKED.samples, adaptive=False)
     apart = converged(native.load(), built, camera, (ASKED, limits), 32)
     assert apart.value > found.difference.high, 'the scene shows nothing: AUTO needs no sentinel for it'
+
+
+def test_what_shines_is_seen_from_the_middle():
+    """A lamp of 0.5 m, 2 m away; a shining square, 0.2 m wide, half of which counts; the sun of a sky."""
+    scene = lone_floor()
+    spark = build.mesh_object(scene, 'Spark')
+    spark.location, spark.scale = (0.0, 0.0, 1.0), (0.1, 0.1, 1.0)
+    spark.data.materials.append(build.material('Spark', Emission_Color=(1.0,) * 4, Emission_Strength=10.0))
+    scene.objects['Floor'].location.z = -1.0  # with the square, the middle is at 0
+    buffers, _ = exported(scene)
+    away = 0.25 + 4.0
+    wanted = {'Point': np.pi * 0.25 / (4 * np.pi * away), 'Spark': 0.5 * 0.04 / (4 * np.pi)}
+    assert {lamp.name: lamp.part for lamp in auto.facts(buffers).lamps} == pytest.approx(wanted, rel=1e-5)
+    world = replace(buffers.world, sun=(0.0, 0.0, 1.0, 0.02), name='Sky')
+    found = {lamp.name: lamp.part for lamp in auto.facts(replace(buffers, world=world)).lamps}
+    assert found['Sky'] == pytest.approx(0.01**2 / 4.0, rel=1e-3)
 
 
 def test_a_short_render_has_no_pilot():

@@ -33,7 +33,7 @@ class Caster:
 
 @dataclass(frozen=True, slots=True)
 class Lamp:
-    """A lamp with a size. part: of all directions, in which it is seen from the middle of the scene."""
+    """What shines. part: of all directions, in which it is seen from the middle of the scene."""
 
     name: str
     part: float
@@ -59,7 +59,7 @@ def facts(buffers: SceneBuffers, ops: Tables | None = None) -> Facts:
         present.add('transmission_bounces')
     if any(lets_through(name, values) for _, name, values in closures):
         present.add('transparent_bounces')
-    return Facts(casters, lamps_of(buffers), frozenset(present))
+    return Facts(casters, lamps_of(buffers, known), frozenset(present))
 
 
 def undetected(found: Facts, paths: int, reflective: bool, refractive: bool) -> tuple[Caster, Lamp] | None:
@@ -126,25 +126,74 @@ def _beyond(value: float | None, limit: float) -> bool:
     return value is None or value >= limit
 
 
-def lamps_of(buffers: SceneBuffers) -> tuple[Lamp, ...]:
-    """Lamps that a ray may meet, as seen from the middle of the objects."""
-    lights, places = buffers.lights, buffers.instances.transform[:, :, 3]
-    middle = places.mean(axis=0) if len(places) else np.zeros(3)
+def lamps_of(buffers: SceneBuffers, known: Tables) -> tuple[Lamp, ...]:
+    """What shines and may be met by a ray, as seen from the middle of the objects: lamps, meshes, the sky's sun."""
+    lights, centres = buffers.lights, centres_of(buffers)
+    middle = centres.mean(axis=0) if len(centres) else np.zeros(3)
     found = []
     for index in range(len(lights.type)):
         kind, size = lights.type[index], float(lights.size[index])
         if not lights.use_mis[index] or not np.any(lights.strength[index]):
             continue
         if kind == LIGHT_SUN:
-            part = 0.5 * (1.0 - np.cos(0.5 * size))
+            part = sun_part(size)
         else:
-            away = float(((lights.transform[index, :, 3] - middle) ** 2).sum())
             area = np.pi * size**2
             if kind == LIGHT_AREA:
                 axes = np.linalg.norm(lights.transform[index, :, :2], axis=0)
                 other = size if lights.size_y is None else float(lights.size_y[index])
                 area = size * other * float(axes[0] * axes[1])
-            part = min(area / (4.0 * np.pi * max(away, 1e-12)), 0.5)
+            part = seen_part(area, lights.transform[index, :, 3] - middle)
         name = lights.names[index] if index < len(lights.names) else f'{index}'
-        found.append(Lamp(name, float(part)))
+        found.append(Lamp(name, part))
+    if buffers.world.sun[3] > 0.0:
+        found.append(Lamp(buffers.world.name, sun_part(buffers.world.sun[3])))
+    for instance, area in emitters_of(buffers, known):
+        names = buffers.instances.names
+        name = names[min(instance, len(names) - 1)] if names else f'{instance}'
+        found.append(Lamp(name, seen_part(area, centres[instance] - middle)))
     return tuple(found)
+
+
+def sun_part(angle: float) -> float:
+    """The part of all directions within a cone of that full angle, radians."""
+    return 0.5 * (1.0 - float(np.cos(0.5 * angle)))
+
+
+def seen_part(area: float, away: np.ndarray) -> float:
+    """The part of all directions that an area (m²) which faces one takes, so far away (m)."""
+    return float(min(area / (4.0 * np.pi * max(float((away**2).sum()), 1e-12)), 0.5))
+
+
+def centres_of(buffers: SceneBuffers) -> np.ndarray:
+    """Of each instance's box, (I, 3)."""
+    objects = buffers.instances
+    boxes = [
+        0.5 * (mesh.positions.min(axis=0) + mesh.positions.max(axis=0)) if len(mesh.positions) else np.zeros(3)
+        for mesh in buffers.meshes
+    ]
+    if not len(objects.mesh):
+        return np.zeros((0, 3))
+    local = np.stack(boxes)[objects.mesh]
+    return np.einsum('irc,ic->ir', objects.transform[:, :, :3], local) + objects.transform[:, :, 3]
+
+
+def emitters_of(buffers: SceneBuffers, known: Tables) -> Iterator[tuple[int, float]]:
+    """Instances that shine, with the area that does: half of it, as a closed mesh shows one side."""
+    shining = [any(emits(*entry) for entry in closures_of(shader, known)) for shader in buffers.shaders]
+    of_material = np.array([index >= 0 and shining[index] for index in buffers.materials.shader.tolist()], bool)
+    objects = buffers.instances
+    of_slot = of_material[buffers.material_slots]
+    for instance in range(len(objects.mesh)):
+        base, count = int(objects.material_base[instance]), int(objects.material_count[instance])
+        if not of_slot[base : base + count].any():
+            continue
+        mesh = buffers.meshes[objects.mesh[instance]]
+        slots = np.zeros(len(mesh.triangles), np.int64) if mesh.slots is None else np.minimum(mesh.slots, count - 1)
+        corners = mesh.positions[mesh.triangles[of_slot[base + slots]]] @ objects.transform[instance, :, :3].T
+        sides = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        yield instance, 0.25 * float(np.linalg.norm(sides, axis=1).sum())
+
+
+def emits(name: str, values: dict[str, float | None]) -> bool:
+    return (name == 'emission' and values['color'] != 0.0) or values.get('emission', 0.0) != 0.0
