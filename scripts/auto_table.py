@@ -4,7 +4,8 @@
 Each scene is rendered by both with two seeds each, one after the other, in a process of its own. Measured are the
 difference of the converged pictures (free of noise: products of two seeds), the noise, and the seconds of processor
 time, pilot included. A line of the table is printed as soon as its scene is done. Kept: the measured difference is
-within the stated bound (yes), beyond it by no more than its own noise, or beyond it (NO).
+within the stated bound (yes), beyond it by no more than its own noise, or beyond it (NO). Pilot: its seconds as a share
+of those of Path's render.
 """
 
 from __future__ import annotations
@@ -133,14 +134,14 @@ def measure(found: dict[str, Any], images: dict[str, list[np.ndarray]], toleranc
     apart = paired_difference(path, auto, mean)
     bound = max(entry['auto']['bound'] for entry in found[name])
     seconds = {key: sum(entry['cpu'] for entry in found[key]) for key in ('PATH', name)}
-    shared = [entry['pilot_seconds'] / (entry['pilot_seconds'] + entry['render_seconds']) for entry in found[name]]
+    shared = sum(e['pilot_seconds'] for e in found[name]) / sum(e['render_seconds'] for e in found['PATH'])
     return {
         'bound': bound,
         'measured': asdict(apart),
         'kept': 'yes' if apart.value <= bound else 'noise' if apart.low <= bound else 'NO',
         'noise_told': told['noise'],
         'noise': {'AUTO': noise(images[name], mean), 'PATH': noise(images['PATH'], mean)},
-        'pilot': float(np.mean(shared)),
+        'pilot': shared,
         'faster': seconds['PATH'] / seconds[name],
         'rays': sum(entry['rays'] for entry in found['PATH']) / sum(entry['rays'] for entry in found[name]),
         'told': told,

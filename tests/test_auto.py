@@ -221,7 +221,7 @@ def test_a_black_picture_is_told_of():
 
 def test_the_choice_is_the_same_for_any_number_of_threads():
     buffers, camera = exported(demos.build('box_room'))
-    asked = replace(ASKED, samples=1024)
+    asked = replace(ASKED, samples=2048)
     one, _ = chosen(buffers, camera, replace(asked, threads=1))
     three, _ = chosen(buffers, camera, replace(asked, threads=3))
     assert replace(one.settings, threads=3) == three.settings
@@ -255,14 +255,14 @@ def test_a_render_tells_what_was_chosen(tmp_path):
     scene = lone_floor()
     scene.render.resolution_x, scene.render.resolution_y = 64, 64
     own = scene.cotorra
-    own.integrator, own.samples, own.use_auto_sampling = 'AUTO', 1024, False
+    own.integrator, own.samples, own.use_auto_sampling = 'AUTO', 2048, False
     render_to(scene, tmp_path / 'auto.exr')
     layer = stats.last(scene.name)[-1]
     assert not layer.error and layer.integrator == 'DIRECT' and layer.pilot_seconds > 0.0
     assert layer.auto['pilot']['share'] <= 0.05
     rows = {row['key']: row for row in layer.auto['rows']}
     assert rows['integrator']['chosen'] == 'Direct' and rows['sampling']['why'] == 'switched off'
-    assert layer.samples == 1024
+    assert layer.samples == 2048
 
 
 def test_the_command_line_says_it(tmp_path):

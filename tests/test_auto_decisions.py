@@ -130,14 +130,15 @@ def test_pictures_of_another_shape_are_refused(shape):
 def test_a_pilot_takes_no_more_than_its_share(size, samples):
     found = plan.budget(*size, samples)
     whole = size[0] * size[1] * samples
+    fewest = plan.SEARCH_MIN * plan.SEEDS * (plan.SETTINGS + plan.BETWEEN + plan.VERIFIED * plan.VERIFIED_WEIGHT)
     if found is None:
-        assert plan.PILOT_SHARE * whole < max(plan.PATHS_MIN, 1.1 * 16 * plan.SEEDS * plan.PIXELS)
+        assert plan.PILOT_SHARE * whole < 1.1 * fewest * plan.PIXELS
         return
     pixels = found.width * found.height
     pictures = (plan.SETTINGS + plan.BETWEEN) * found.search + plan.VERIFIED * found.verify
     spent = plan.SEEDS * pixels * pictures
     assert spent <= found.paths <= 0.05 * whole
-    assert 1 <= found.width <= size[0] and 1 <= found.height <= size[1]
+    assert found.search >= plan.SEARCH_MIN and 1 <= found.width <= size[0] and 1 <= found.height <= size[1]
 
 
 # ---- Limits

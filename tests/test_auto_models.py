@@ -108,7 +108,7 @@ def chosen(built: b.SceneBuffers, tolerance: float = 0.01, passes: tuple[str, ..
         return module.Scene(entry, threads=2, embree=native.embree_library())
 
     pilot = auto.Pilot(module, build(built), camera(2.0, 64), lambda: None, build)
-    asked = RenderSettings(samples=2048, threads=2, passes=passes)
+    asked = RenderSettings(samples=4096, threads=2, passes=passes)
     materials = auto.Materials(built, tuple(auto.parts_of(built)))
     return auto.choose(pilot, camera(2.0, 64), asked, auto.facts(built), tolerance, MODELS, materials)
 
@@ -122,7 +122,7 @@ def test_a_lobe_that_nobody_sees_is_left_out(sheen, left_out):
     assert 'specular layer' not in row.chosen
     if left_out:
         assert found.difference.high <= 0.01
-        assert found.settings == RenderSettings(samples=2048, threads=2)
+        assert found.settings == RenderSettings(samples=4096, threads=2)
 
 
 def test_what_a_pass_shows_stays():
