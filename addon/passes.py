@@ -50,6 +50,7 @@ OWN_PASSES = (
     RenderPass('Cotorra D', 'term_d', 'X', 'VALUE', 'use_pass_distribution'),
     RenderPass('Cotorra G', 'term_g', 'X', 'VALUE', 'use_pass_masking'),
     RenderPass('Cotorra F', 'term_f', 'RGB', 'COLOR', 'use_pass_fresnel'),
+    RenderPass('Cotorra Noise', 'noise', 'X', 'VALUE', 'use_pass_noise'),
 )
 
 # As those, with Cycles' switch for what its denoiser is shown (`view_layer.cycles.denoising_store_passes`).

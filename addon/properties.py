@@ -435,6 +435,9 @@ class CotorraViewLayerSettings(bpy.types.PropertyGroup):
         'Sample Count',
         'The part of the samples that each pixel took; below 1 where adaptive sampling stopped early',
     )
+    use_pass_noise: switch(
+        'Noise', 'Pass "Cotorra Noise": the error that each pixel still has, as adaptive sampling estimates it'
+    )
     use_pass_distribution: switch(
         'Distribution', 'Pass "Cotorra D": the distribution term of the surface, for each lamp above it, summed'
     )

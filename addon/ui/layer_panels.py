@@ -49,7 +49,9 @@ class COTORRA_VIEWLAYER_PT_passes_data(CotorraPanel, bpy.types.Panel):
         indices = layout.column(heading='Indexes', align=True)
         indices.prop(layer, 'use_pass_object_index')
         indices.prop(layer, 'use_pass_material_index')
-        layout.column(heading='Debug').prop(layer.cotorra, 'use_pass_sample_count')
+        debug = layout.column(heading='Debug', align=True)
+        debug.prop(layer.cotorra, 'use_pass_sample_count')
+        debug.prop(layer.cotorra, 'use_pass_noise')
         cycles = getattr(layer, 'cycles', None)
         if cycles is not None:  # read as it is in a file made for Cycles
             layout.column(heading='Denoising').prop(cycles, 'denoising_store_passes', text='Data')
