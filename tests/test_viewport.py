@@ -245,6 +245,9 @@ def test_what_is_left_out_is_told(window: Window) -> None:
     said = set(stats.of_viewports(scene.name)) - set(before)
     assert said == {'Object "Quad": holdout is not supported yet: it is rendered as an ordinary object'}
     assert said <= set(warnings_panel.problems(scene))
+    window.space.shading.use_scene_world_render = False
+    window.draw()
+    assert any('studio light' in text for text in stats.of_viewports(scene.name))
 
 
 def test_noise_is_taken_out_from_a_sample_on(window: Window) -> None:

@@ -134,6 +134,8 @@ class Viewport:
         buffers = export.export_scene(depsgraph, scene, layer, log, context.space_data, store.kept)
         found = self._wanted(scene, layer, preview.shown_pass(context.space_data), log)
         settings.warn_left_out(scene, layer, log)
+        if not context.space_data.shading.use_scene_world_render:
+            log.warning("Viewport: studio light is not supported yet: the scene's world is shown")
         stats.note_viewport(id(self), depsgraph.scene.name, log.texts('WARNING'))
         errors = log.texts('ERROR')
         if errors:
