@@ -21,9 +21,10 @@ from collections.abc import Callable
 import bpy
 from mathutils import Quaternion
 
-SETTINGS = globals().get('SETTINGS', {'seed': 1, 'operations': 20, 'report': '/tmp/soak.json'})
+DEFAULTS = {'seed': 1, 'operations': 20, 'report': '/tmp/soak.json', 'engine': 'COTORRA'}
+SETTINGS = globals().get('SETTINGS', DEFAULTS)
 EXTENSION = 'bl_ext.user_default.cotorra'
-ENGINE = 'COTORRA'
+ENGINE = SETTINGS['engine']
 chance = random.Random(SETTINGS['seed'])
 
 OPERATIONS: dict[str, tuple[int, Callable[[], None]]] = {}

@@ -52,7 +52,8 @@ def watch(arguments: argparse.Namespace) -> tuple[dict, list[str]]:
     # What it starts stays: its output must go to no pipe, whose end would be waited for.
     subprocess.run([str(SHARED / 'window'), 'start'], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, check=True)
     (TOP / 'w' / 'window_soak.py').write_text((ROOT / 'scripts' / 'window_soak.py').read_text())
-    settings = {'seed': arguments.seed, 'operations': arguments.operations, 'report': '/w/soak.json'}
+    settings = {name: getattr(arguments, name) for name in ('seed', 'operations', 'engine')}
+    settings['report'] = '/w/soak.json'
     source = "compile(open('/w/window_soak.py').read(), 'window_soak.py', 'exec')"
     said = window('do', text=f"exec({source}, {{'__name__': 'window_soak', 'SETTINGS': {settings!r}}})")
     if said:
@@ -97,6 +98,9 @@ def main() -> None:
     parser = argparse.ArgumentParser(prog='scripts/window-test', description=__doc__.splitlines()[0])
     parser.add_argument('--seed', type=int, default=1, help='of the random operations (default: 1)')
     parser.add_argument('--operations', type=int, default=200, help='how many (default: 200)')
+    parser.add_argument(
+        '--engine', default='COTORRA', help="whose viewport: with CYCLES, a fault that stays is Blender's own"
+    )
     parser.add_argument('--minutes', type=float, default=10.0, help='that it takes at most (default: 10)')
     parser.add_argument(
         '--keep', action='store_true', help='leave the window open, and use the extension that is there'
