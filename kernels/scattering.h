@@ -69,13 +69,19 @@ FN void scattering_sample(IN(SceneData) scene, IN(Bsdf) bsdf, IN(Lobe) lobe, vec
   if (!lobe_is_diffuse(lobe)) s.lobe |= BSDF_SHARP;
 }
 
+// Do rays start at the very point of the surface that they leave?
+FN bool starts_at_point(IN(SceneData) scene, uint instance) {
+  return FEATURE(FEATURE_LOBES) && scene.starts_at_point != 0u &&
+         (LOAD(scene.instances, instance).flags & INSTANCE_COPLANAR) != 0u;
+}
+
 // Where a ray in direction wi leaves the surface: lifted off it; or, where light goes through surfaces, at the point
 // itself, so that it meets others in the very same plane, such as a floor that glass stands on (as in Cycles). The
 // surface's own triangle is left out by who traces. Rounding may have put p behind the triangle, and where the line of
 // the ray misses it a neighbour would be met from inside: there the ray is lifted all the same.
 FN vec3 surface_start(IN(SceneData) scene, IN(Surface) s, vec3 wi) {
   const vec3 lifted = surface_ray_origin(s.p, s.ng, s.epsilon, wi);
-  if (!FEATURE(FEATURE_LOBES) || scene.starts_at_point == 0u) return lifted;
+  if (!starts_at_point(scene, s.instance)) return lifted;
   SurfaceTriangle t;
   surface_fetch(scene, s.instance, s.triangle, t);
   const vec3 v0 = t.p0 - s.p;
@@ -92,7 +98,7 @@ FN vec3 surface_start(IN(SceneData) scene, IN(Surface) s, vec3 wi) {
 // The triangle that a ray from the surface cannot meet, as instance and triangle: the one that it leaves, unless it
 // starts above it and comes down; INVALID_ID: there is none.
 FN uvec2 surface_left(IN(SceneData) scene, IN(Surface) s, vec3 origin, vec3 wi) {
-  if (!FEATURE(FEATURE_LOBES) || scene.starts_at_point == 0u || dot(origin - s.p, wi) < 0.0f) {
+  if (!starts_at_point(scene, s.instance) || dot(origin - s.p, wi) < 0.0f) {
     return uvec2(INVALID_ID, INVALID_ID);
   }
   return uvec2(s.instance, s.triangle);

@@ -248,6 +248,7 @@ struct Instance {
 };
 const uint INSTANCE_MIRRORED = 2u;  // the transform turns triangles over, or did when the mesh was moved to world space
 const uint INSTANCE_IDENTITY = 1u;  // the transform is the identity
+const uint INSTANCE_COPLANAR = 4u;  // some of its triangles may lie in one plane with others
 const uint INSTANCE_TERMINATOR_SHIFT = 16u;  // above: Cycles' shadow terminator geometry offset, 0 to 65535
 
 // One emitting triangle, in world space.
@@ -436,7 +437,7 @@ RECORD(SceneData) {
   uint
       lobes;  // 1: closures are lobes; 0: the constants of the nearest Principled, as the classic integrators know them
   float camera_spread;  // metres that a ray of a pixel is wide, a metre on; orthographic: anywhere
-  uint starts_at_point;  // 1: rays start at the very point that they leave, and do not meet its triangle
+  uint starts_at_point;  // 1: rays may start at the very point that they leave, and then do not meet its triangle
   uint texture_count;
   ProgramPart world_program;  // of a world that varies; end 0: `world` is all of it
   uint world_constants;

@@ -271,6 +271,7 @@ nb::dict scene_stats(const SceneHandle &handle) {
   d["images"] = s.images;
   d["image_bytes"] = s.image_bytes;
   d["emitters"] = scene.data().emitter_count;
+  d["coplanar_meshes"] = s.coplanar_meshes;
   return d;
 }
 

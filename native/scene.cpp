@@ -9,6 +9,7 @@
 #include <numeric>
 
 #include "albedo_tables.h"
+#include "coplanar.h"
 #include "memory.h"
 
 namespace cotorra {
@@ -152,6 +153,7 @@ void Scene::prepare(SceneInput &input, const Scene *previous) {
   estimate_lights();
   prepare_emitters();
   prepare_features();
+  find_coplanar();
   stats_.bytes = instances_.size() * sizeof(Instance) + materials_.size() * sizeof(Material) +
                  models_.size() * sizeof(MaterialModel) + classic_.size() * sizeof(ClassicMaterial) +
                  emitters_.size() * sizeof(Emitter) + material_slots_.size() * sizeof(uint) + textures_.bytes() +
@@ -342,6 +344,17 @@ void Scene::prepare_emitters() {
   data_.emitters = {emitters_.data()};
   data_.emitter_count = static_cast<uint>(emitters_.size());
   data_.emitter_norm = total > 0.0 ? static_cast<float>(1.0 / total) : 0.0f;
+}
+
+// Only there rays must meet what lies in the plane that they leave, and be kept from their own triangle. In an editable
+// scene, where the next edit may bring a plane, that is everywhere.
+void Scene::find_coplanar() {
+  if (!lets_light_through_) return;
+  coplanar_ = editable_ ? std::vector<bool>(meshes_.size(), true) : coplanar_meshes(meshes_, instances_);
+  stats_.coplanar_meshes = static_cast<std::uint64_t>(std::count(coplanar_.begin(), coplanar_.end(), true));
+  for (Instance &i : instances_) {
+    if (coplanar_[i.mesh]) i.flags |= INSTANCE_COPLANAR;
+  }
 }
 
 void Scene::prepare_features() {

@@ -112,6 +112,8 @@ struct SceneStats {
   std::uint64_t triangles = 0;         // stored
   std::uint64_t instanced_triangles = 0;  // as seen, instances counted
   std::uint64_t bvh_bytes = 0;
+  std::uint64_t coplanar_meshes =
+      0;   // where light goes through surfaces: those with triangles in one plane with others
   std::uint64_t images = 0;
   std::uint64_t image_bytes = 0;       // of pixels
   std::uint64_t bytes = 0;             // everything the scene holds, the BVH and images included
@@ -249,6 +251,7 @@ class Scene {
   void prepare_mesh(std::size_t k, MeshInput &source, Instance *instance, const Scene *previous);
   void prepare_emitters();
   void prepare_features();
+  void find_coplanar();  // after the features
   void build(const std::atomic<bool> &cancel, const Scene *previous);
   std::shared_ptr<const MeshBvh> taken_over(std::size_t mesh, bool lets_through, bool compact,
                                             const Scene *previous) const;
@@ -265,6 +268,7 @@ class Scene {
   std::vector<std::shared_ptr<MeshStorage>> storage_;
   std::vector<bool> flattened_;  // by mesh: in world space, part of the top-level BVH
   std::vector<Mesh> meshes_;
+  std::vector<bool> coplanar_;  // by mesh: it may have triangles in one plane with others; empty: nobody asks
   std::vector<Instance> instances_;    // grouped by mesh and visibility, so that each group is one instance array
   std::vector<uint> first_instances_;  // by geometry of the top-level BVH
   std::vector<Material> materials_;

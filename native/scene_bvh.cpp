@@ -108,10 +108,12 @@ void Scene::build(const std::atomic<bool> &cancel, const Scene *previous) {
   const embree::Api &rtc = api();
   void *cancel_pointer = const_cast<std::atomic<bool> *>(&cancel);
 
-  // Only meshes that let rays through somewhere are asked about each hit; or all, where a ray must not meet the
-  // triangle that it left, or programs trace rays.
+  // Only meshes that let rays through somewhere are asked about each hit; or those that rays leave at the very point,
+  // whose triangle they must not meet; or all, where programs trace rays.
   const bool for_programs = ((surface_needs_.groups | emission_needs_.groups) & GROUP_RAYS) != 0;
-  std::vector<bool> lets_through(meshes_.size(), lets_light_through_ || for_programs);
+  std::vector<bool> lets_through = coplanar_;
+  lets_through.resize(meshes_.size(), false);
+  if (for_programs) lets_through.assign(meshes_.size(), true);
   for (const Instance &instance : instances_) {
     for (uint s = 0; s < instance.material_count; ++s) {
       const Material &material = materials_[material_slots_[instance.material_base + s]];

@@ -264,6 +264,7 @@ def scene() -> Scene:
     instances['material_count'] = 3
     instances['visibility'] = known['VISIBLE_ALL']
     instances['flags'][:3] = known['INSTANCE_IDENTITY'], known['INSTANCE_MIRRORED'], 0
+    instances['flags'][1:] |= known['INSTANCE_COPLANAR']
     instances['flags'] |= (rng.integers(0, 1 << 16, INSTANCES) << known['INSTANCE_TERMINATOR_SHIFT']).astype(np.uint32)
 
     emitters = np.zeros(EMITTERS, dtype_of('Emitter'))
