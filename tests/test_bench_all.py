@@ -99,3 +99,22 @@ def test_groups_of_light(lamps: int) -> None:
     if lamps > shares.MOST_LAMPS:
         assert names[shares.MOST_LAMPS] == '16 other lamps'
     assert found.lights.light_group.tolist() == [min(i, shares.MOST_LAMPS) for i in range(lamps)]
+
+
+def test_when_the_time_is_gone_the_rest_are_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Each scene takes a minute of a clock of our own; two minutes are there for three."""
+    clock = SimpleNamespace(now=0.0)
+    monkeypatch.setattr(everything.time, 'perf_counter', lambda: clock.now)
+    monkeypatch.setattr(everything.runner, 'blender_memory', lambda case: 0)
+    given = []
+
+    def one(case: runner.Case, blender: int, seconds: float) -> tuple:
+        clock.now += 60.0
+        given.append(seconds)
+        return {'scene': case.source.name}, None, None
+
+    monkeypatch.setattr(everything, 'one', one)
+    sources = [everything.scenes.SceneSource(name, 'demo') for name in 'abc']
+    found = everything.run(sources, 4, (32, 18), 2, 2.0, lambda *shown: None)
+    assert [entry.get('error', '') for entry in found] == ['', '', 'no time was left for it']
+    assert given == pytest.approx([0.9 * 40.0, 0.9 * 30.0])

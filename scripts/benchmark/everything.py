@@ -93,13 +93,19 @@ def against_shipped(
 def run(
     sources: list[scenes.SceneSource], bounces: int, size: tuple[int, int], threads: int, minutes: float, show: Any
 ) -> list[dict[str, Any]]:
-    """Each scene takes its part of the time that is left. show(result, same, images) is called after each."""
+    """Each scene takes its part of the time that is left; where none is left, the rest are named as such.
+
+    show(result, same, images) is called after each.
+    """
     results = []
     end = time.perf_counter() + 60.0 * minutes
     for index, source in enumerate(sources):
         case = runner.Case(source, bounces, size, threads)
-        share = max(end - time.perf_counter(), 0.0) / (len(sources) - index)
         began = time.perf_counter()
+        if began >= end:
+            results.append({'scene': source.name, 'error': 'no time was left for it'})
+            continue
+        share = (end - began) / (len(sources) - index)
         try:
             blender = runner.blender_memory(case)
             result, same, images = one(case, blender, 0.9 * share)
