@@ -36,3 +36,8 @@ STREET = ies_text(
         for h, v in zip((5, 4, 3, 2, 1, 0), (1, 2, 3, 3, 2, 1), strict=True)
     ],
 )
+
+# A full turn whose ends differ, and neither pole.
+ROUND = ies_text(
+    (30, 60, 90, 140), (0, 120, 240, 360), [[300, 100, 250, 80], [50, 400, 20, 300], [90] * 4, [10, 500, 60, 200]]
+)

@@ -15,7 +15,7 @@ import bpy
 import numpy as np
 from cotorra.shader import ies
 
-from ies_files import STREET
+from ies_files import ROUND, STREET
 from op_cases import COUNT, Case, Range, make_node
 
 ENTRIES = 257
@@ -138,16 +138,19 @@ def _images() -> list[TableCase]:
     return cases
 
 
-def _set_ies(node: Any) -> None:
-    node.mode, node.ies = 'INTERNAL', bpy.data.texts.new('Street')
-    node.ies.write(STREET)
+def _luminaire(text: str, label: str) -> TableCase:
+    def load(node: Any) -> None:
+        node.mode, node.ies = 'INTERNAL', bpy.data.texts.new('Luminaire')
+        node.ies.write(text)
+
+    found = ies.read(text)
+    node = replace(make_node('ies_f', 'ShaderNodeTexIES', 'Vector|||', 'Fac'), prepare=load)
+    ranges: dict[int, Range] = {0: (-1.0, 1.0), 1: (0,), 2: (found.horizontal,), 3: (found.vertical,)}
+    return TableCase(Case('ies_f', 0, node, ranges, label=label), lambda _: found.table)
 
 
 def _luminaires() -> list[TableCase]:
-    found = ies.read(STREET)
-    node = replace(make_node('ies_f', 'ShaderNodeTexIES', 'Vector|||', 'Fac'), prepare=_set_ies)
-    ranges: dict[int, Range] = {0: (-1.0, 1.0), 1: (0,), 2: (found.horizontal,), 3: (found.vertical,)}
-    return [TableCase(Case('ies_f', 0, node, ranges), lambda _: found.table)]
+    return [_luminaire(STREET, 'half a turn'), _luminaire(ROUND, 'a full turn')]
 
 
 def facing(rng: np.random.Generator, size: int) -> np.ndarray:

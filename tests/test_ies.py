@@ -114,11 +114,7 @@ FILES = {
 }
 
 
-# The total agrees within 0.1 %; a tile that light leaves at 90 degrees for is 7 % too dark. Not understood yet.
-KNOWN = {'quarter': pytest.mark.xfail(strict=True, reason='a tile at the end of the vertical angles is 7 % too dark')}
-
-
-@pytest.mark.parametrize('name', [pytest.param(name, marks=KNOWN.get(name, ())) for name in FILES])
+@pytest.mark.parametrize('name', FILES)
 @pytest.mark.skipif(bpy.app.version < (5, 0, 0), reason='Cycles 4.5 interpolates otherwise at the ends')
 def test_a_luminaire_is_as_cycles_shows_it(name: str, engine: None, tmp_path: Path) -> None:
     scene = corner()

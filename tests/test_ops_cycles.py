@@ -59,17 +59,7 @@ def test_pure_op(case: Case, rendered: dict[str, np.ndarray]) -> None:
     compare(case, evaluate(case.op, case.mode, case.draw()), rendered[case.name])
 
 
-# A fault of ours that is not understood: behind the last but one vertical angle, what lies beyond the end is another
-# number for Cycles than for us (up to 7 % of the strength there, a thousandth of the brightest).
-KNOWN = {
-    'ies_f-0-Fac': pytest.mark.xfail(strict=True, reason='beyond the last vertical angle Cycles reads another number')
-}
-
-
-@pytest.mark.parametrize(
-    'entry',
-    [pytest.param(e, marks=KNOWN.get(e.case.name, ()), id=e.case.name) for e in TABLE_CASES],
-)
+@pytest.mark.parametrize('entry', TABLE_CASES, ids=lambda entry: entry.case.name)
 def test_table_op(entry: TableCase, rendered: dict[str, np.ndarray]) -> None:
     case = entry.case
     table = op_cases_tables.baked(entry)

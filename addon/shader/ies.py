@@ -128,17 +128,17 @@ def _type_c(horizontal: np.ndarray, rows: np.ndarray) -> tuple[np.ndarray, np.nd
 
 
 def _table(horizontal: np.ndarray, rows: np.ndarray, vertical: np.ndarray) -> Luminaire:
-    """With a row and a column beyond each end: what lies across a pole or behind a full turn, else the end again."""
+    """With a row and a column beyond each end, as Cycles 5.2 reads them (found by changing one strength at a time).
+
+    Below a pole lies what is above it; else an end is repeated. Only behind the last horizontal angle the last row but
+    one comes again, whether the angles make a full turn or not.
+    """
     if len(horizontal) < 2 or len(vertical) < 2:
         raise IesError('it has one angle only')
     h, v = np.radians(horizontal).astype(np.float32), np.radians(vertical).astype(np.float32)
     if (np.diff(h) < 0.0).any() or (np.diff(v) < 0.0).any():
         raise IesError('its angles do not ascend')
     before = rows[:, 1] if v[0] < 1e-7 else rows[:, 0]
-    after = rows[:, -2]  # of Cycles 5.2, at a pole and elsewhere alike
-    wide = np.column_stack([before, rows, after])
-    turns = h[0] < 1e-7 and h[-1] > 2.0 * np.pi - 1e-7
-    # Without a full turn Cycles repeats the last row but one.
-    first, last = (wide[-2], wide[1]) if turns else (wide[0], wide[-2])
-    table = np.concatenate([h, v, first, wide.ravel(), last]).astype(np.float32)
+    wide = np.column_stack([before, rows, rows[:, -1]])
+    table = np.concatenate([h, v, wide[0], wide.ravel(), wide[-2]]).astype(np.float32)
     return Luminaire(table, len(h), len(v))
