@@ -8,13 +8,14 @@ from __future__ import annotations
 
 import ctypes
 import re
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 import kernel_source as kernels
-from native_build import BUILD, build
+from native_build import BUILD, build, build_objects
 
 STEM = pytest.mark.parametrize('header', kernels.EVERY_HEADER, ids=lambda path: path.stem)
 
@@ -24,70 +25,78 @@ def test_header_compiles_as_glsl(header: Path) -> None:
     kernels.compile_glsl(f'header_{header.stem}', f'{kernels.include(header)}void main() {{}}\n')
 
 
-def cpp_source(header: Path, purpose: str, code: str = '') -> Path:
-    """Writes a C++ file that includes one header with every feature on."""
-    source = BUILD / f'{purpose}_{header.stem}.cpp'
+def cpp_source(name: str, code: str) -> Path:
+    """Writes a C++ file for code that needs every feature on."""
+    source = BUILD / f'{name}.cpp'
     source.parent.mkdir(parents=True, exist_ok=True)
     features = 'namespace cotorra { constexpr std::uint32_t KERNEL_FEATURES = 0xffffffffu; }'
-    source.write_text(f'#include <cstddef>\n#include <cstdint>\n{features}\n{kernels.include(header)}{code}')
+    source.write_text(f'#include <cstddef>\n#include <cstdint>\n{features}\n{code}')
     return source
 
 
 @STEM
 def test_header_compiles_alone_as_cpp(header: Path) -> None:
-    build(f'header_{header.stem}', [cpp_source(header, 'header')])
+    source = cpp_source(f'header_{header.stem}', kernels.include(header))
+    build_objects('headers', [source], ('-O0', '-g0'))
 
 
-def spirv_layout(header: Path, name: str) -> dict[str, int]:
-    """Offsets by field of a record in a scalar-layout buffer, and its size under '', from what glslang makes."""
+RECORDS = {header: list(kernels.structs_of(header)) for header in kernels.EVERY_HEADER if kernels.structs_of(header)}
+
+
+def spirv_layouts(header: Path) -> dict[str, dict[str, int]]:
+    """Offsets by field of a header's records in scalar-layout buffers, and sizes under '', as glslang has them."""
+    body, main = kernels.include(header), ''
+    for i, name in enumerate(RECORDS[header]):
+        by_address = name in kernels.records_by_address()
+        # In a runtime array the record's size stands in SPIR-V too, as the array's stride; that of a record which is
+        # handed on by its address is the step from one to the next.
+        array = '' if by_address else '[]'
+        body += f'layout(set = 0, binding = {i}, scalar) buffer Probe{i} {{ {name} probe{i}{array}; }};\n'
+        main += f'probe{i} = probe{i} + 1;' if by_address else f'{name} copy{i} = probe{i}[0]; probe{i}[1] = copy{i};'
+    spirv = kernels.compile_glsl(f'layout_{header.stem}', f'{body}void main() {{ {main} }}\n')
+    listing = kernels.run_tool('spirv-dis', '--raw-id', str(spirv))
+    steps = iter(re.findall(r'OpIAdd %\d+ %\d+ (%\d+)', listing))
+    return {name: _layout_in(listing, i, name, steps) for i, name in enumerate(RECORDS[header])}
+
+
+def _layout_in(listing: str, index: int, name: str, steps: Iterator[str]) -> dict[str, int]:
+    """The layout of the record in buffer `index` of a disassembled module."""
     if name in kernels.records_by_address():
-        # Its size is the step from one to the next.
-        body = f'{kernels.include(header)}layout(set = 0, binding = 0, scalar) buffer Probe {{ {name} probe; }};\n'
-        body += 'void main() { probe = probe + 1; }\n'
-        listing = kernels.run_tool('spirv-dis', '--raw-id', str(kernels.compile_glsl(f'layout_{name}', body)))
         (record,) = re.findall(rf'OpName (%\d+) "{name}"', listing)
-        (step,) = re.findall(r'OpIAdd %\d+ %\d+ (%\d+)', listing)
-        (stride,) = re.findall(rf'{step} = OpConstant %\d+ (\d+)', listing)
+        (stride,) = re.findall(rf'{next(steps)} = OpConstant %\d+ (\d+)', listing)
     else:
-        # In a runtime array the record's size stands in SPIR-V too, as the array's stride.
-        body = f'{kernels.include(header)}layout(set = 0, binding = 0, scalar) buffer Probe {{ {name} probe[]; }};\n'
-        body += f'void main() {{ {name} copy = probe[0]; probe[1] = copy; }}\n'
-        listing = kernels.run_tool('spirv-dis', '--raw-id', str(kernels.compile_glsl(f'layout_{name}', body)))
-        (variable,) = re.findall(r'OpMemberName (%\d+) 0 "probe"', listing)
+        (variable,) = re.findall(rf'OpMemberName (%\d+) 0 "probe{index}"', listing)
         (array,) = re.findall(rf'{variable} = OpTypeStruct (%\d+)', listing)
         (record,) = re.findall(rf'{array} = OpTypeRuntimeArray (%\d+)', listing)
         (stride,) = re.findall(rf'OpDecorate {array} ArrayStride (\d+)', listing)
     names = dict(re.findall(rf'OpMemberName {record} (\d+) "(\w+)"', listing))
     offsets = dict(re.findall(rf'OpMemberDecorate {record} (\d+) Offset (\d+)', listing))
-    return {names[index]: int(offset) for index, offset in offsets.items()} | {'': int(stride)}
+    return {names[place]: int(offset) for place, offset in offsets.items()} | {'': int(stride)}
 
 
-def cpp_layouts(header: Path) -> dict[str, dict[str, int]]:
-    """Offsets by field of a header's records, and their sizes under '', as the C++ compiler has them."""
-    records = kernels.structs_of(header)
-    entries = [(name, field) for name, fields in records.items() for _, field, _ in fields]
-    source = cpp_source(
-        header,
-        'layout',
-        f'extern "C" const std::size_t offsets[] = '
-        f'{{{", ".join(f"offsetof(cotorra::{name}, {field})" for name, field in entries)}}};\n'
-        f'extern "C" const std::size_t sizes[] = {{{", ".join(f"sizeof(cotorra::{name})" for name in records)}}};\n',
-    )
-    library = build(source.stem, [source])
-    result: dict[str, dict[str, int]] = {name: {} for name in records}
-    for (name, field), offset in zip(entries, (ctypes.c_size_t * len(entries)).in_dll(library, 'offsets'), strict=True):
+@pytest.fixture(scope='module')
+def cpp_layouts() -> dict[str, dict[str, int]]:
+    """Offsets by field of each record, and its size under '', as the C++ compiler has them."""
+    fields = [(name, field) for name, listed in kernels.structs().items() for _, field, _ in listed]
+    offsets = ', '.join(f'offsetof(cotorra::{name}, {field})' for name, field in fields)
+    sizes = ', '.join(f'sizeof(cotorra::{name})' for name in kernels.structs())
+    code = ''.join(map(kernels.include, RECORDS))
+    code += f'extern "C" const std::size_t offsets[] = {{{offsets}}};\n'
+    code += f'extern "C" const std::size_t sizes[] = {{{sizes}}};\n'
+    library = build('layouts', [cpp_source('layouts', code)], ('-O0', '-g0'))
+    result: dict[str, dict[str, int]] = {name: {} for name in kernels.structs()}
+    for (name, field), offset in zip(fields, (ctypes.c_size_t * len(fields)).in_dll(library, 'offsets'), strict=True):
         result[name][field] = offset
     for name, size in zip(result, (ctypes.c_size_t * len(result)).in_dll(library, 'sizes'), strict=True):
         result[name][''] = size
     return result
 
 
-@pytest.mark.parametrize(
-    'header', [path for path in kernels.EVERY_HEADER if kernels.structs_of(path)], ids=lambda path: path.stem
-)
-def test_record_layouts(header: Path) -> None:
-    for name, layout in cpp_layouts(header).items():
-        assert spirv_layout(header, name) == layout, f'GLSL (left) and C++ (right) disagree about {name}'
+@pytest.mark.parametrize('header', RECORDS, ids=lambda path: path.stem)
+def test_record_layouts(header: Path, cpp_layouts: dict[str, dict[str, int]]) -> None:
+    for name, in_spirv in spirv_layouts(header).items():
+        layout = cpp_layouts[name]
+        assert in_spirv == layout, f'GLSL (left) and C++ (right) disagree about {name}'
         dtype = kernels.dtype_of(name)
         assert {field: dtype.fields[field][1] for field in dtype.names} | {'': dtype.itemsize} == layout
 
