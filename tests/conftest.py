@@ -36,13 +36,17 @@ if importlib.util.find_spec('cotorra') is None:
 def pytest_configure(config: pytest.Config) -> None:
     config.addinivalue_line('markers', 'every(n): of many cases of one kind only each n-th, unless COTORRA_LONG is set')
     config.addinivalue_line('markers', 'long: not at all, unless COTORRA_LONG is set')
+    config.addinivalue_line(
+        'markers', 'early: of a file that takes minutes, which no processor shall wait for at the end'
+    )
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
     """Comparisons with Cycles and of devices are many. A short run takes some of each kind; COTORRA_LONG=1 takes all.
 
-    Cases that are asked for by name, or by an expression, all run.
+    Cases that are asked for by name, or by an expression, all run. Files that take minutes come first.
     """
+    items.sort(key=lambda item: item.get_closest_marker('early') is None)
     named = any('::' in argument for argument in config.args) or config.option.keyword
     if os.environ.get('COTORRA_LONG') or named:
         return

@@ -37,6 +37,7 @@ THREADS = ('-fsanitize=thread',)
 # Embree and its TBB are not built with the sanitizer: it sees their memory, but not the atomics that order its use.
 RACES_OF_OTHERS = 'race:libembree4\nrace:libtbb\n'
 
+pytestmark = pytest.mark.early
 needs_compiler = pytest.mark.skipif(compiler() is None, reason='no C++ compiler (on Debian: apt-get install g++)')
 
 
@@ -72,8 +73,11 @@ def generated() -> Path:
 
 
 def kernel_flags(level: int, generated: Path, sanitizers: tuple[str, ...]) -> list[str]:
-    """Flags for one build of the kernels. Level 2 traces packets of 4 rays, level 3 of 8 (x86-64-v2 and -v3)."""
-    flags = ['-O1', '-g1', *sanitizers, '-fno-omit-frame-pointer', f'-march=x86-64-v{level}', f'-iquote{generated}']
+    """Flags for one build of the kernels. Level 2 traces packets of 4 rays, level 3 of 8 (x86-64-v2 and -v3).
+
+    Nothing is optimised: what is rendered is small, and the compiler takes a third of the time.
+    """
+    flags = ['-O0', '-g1', *sanitizers, '-fno-omit-frame-pointer', f'-march=x86-64-v{level}', f'-iquote{generated}']
     flags += [f'-DCOTORRA_KERNEL_LEVEL={level}', f'-DCOTORRA_KERNEL_FEATURES={ALL_FEATURES}u']
     return [
         *flags,

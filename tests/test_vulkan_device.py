@@ -23,7 +23,7 @@ from scenes import build
 from scenes.rich import rich_scene
 from vulkan_jobs import Job, compare, compare_tiles, flips, job_of
 
-pytestmark = pytest.mark.usefixtures('engine')
+pytestmark = [pytest.mark.early, pytest.mark.usefixtures('engine')]
 
 # Passes that the device has beside Combined.
 DATA = ('depth', 'position', 'normal', 'uv', 'object_index', 'material_index', 'diffuse_color')

@@ -21,7 +21,7 @@ from scenes import build
 from scenes.rich import rich_scene
 from vulkan_jobs import ROUNDING, TILE_MEAN, Job, compare, job_of, tiles
 
-pytestmark = pytest.mark.usefixtures('engine')
+pytestmark = [pytest.mark.early, pytest.mark.usefixtures('engine')]
 
 MEAN = 0.002  # how far the mean of a picture may be off, beside what compare() says of its pixels
 AMBIENT = {'ambient_color': (1.0, 0.7, 0.4), 'ambient_strength': 0.6, 'ao_distance': 2.0}
