@@ -88,6 +88,15 @@ VIEWPORT_PASSES = (
     ('TERM_F', 'term_f', 'Fresnel', 'The Fresnel term F of highlights, for each lamp, summed'),
     ('SAMPLE_COUNT', 'sample_count', 'Sample Count', 'The part of the samples that each pixel took'),
 )
+HEALTHS = (
+    ('OFF', 'Off', 'Bad samples are dropped, and not counted'),
+    (
+        'REPORT',
+        'Report',
+        'Count samples that are not finite, negative or fireflies, with where they come from (slower)',
+    ),
+    ('STRICT', 'Strict', 'As Report; where a sample or a number of a shader is not finite, the render fails'),
+)
 DEVICES = (
     ('CPU', 'CPU', "All processor cores that Blender's thread setting allows"),
     ('VULKAN', 'GPU (Vulkan)', 'A graphics card with Vulkan 1.2'),

@@ -109,6 +109,9 @@ def parser() -> argparse.ArgumentParser:
     devices = ', '.join(identifier.lower() for identifier, _, _ in choices.DEVICES)
     line.add_argument('--device', type=device, metavar='NAME', help=f'{devices}; vulkan:1 for the second graphics card')
     one_of(line, '--ray-tracing', choices.RAY_TRACINGS, 'on a graphics card: {}')
+    health = line.add_mutually_exclusive_group()
+    health.add_argument('--health', action='store_true', help='count bad samples, and tell where they come from')
+    health.add_argument('--strict', action='store_true', help='as --health; samples that are not finite are an error')
     line.add_argument('--threads', type=whole(0, choices.THREADS_MAX), metavar='N', help='0 for all processor cores')
     line.add_argument('--size', type=size, metavar='WxH', help='in pixels')
     line.add_argument('--stats', type=Path, metavar='FILE.json', help='write times, rays, memory and warnings there')
@@ -350,6 +353,8 @@ def apply_to_engine(options: argparse.Namespace, scene: bpy.types.Scene) -> None
         scene.cotorra.device, scene.cotorra.device_index = options.device
     if options.ray_tracing is not None:
         scene.cotorra.ray_tracing = options.ray_tracing
+    if options.health or options.strict:
+        scene.cotorra.health = 'STRICT' if options.strict else 'REPORT'
     if options.threads is not None:
         render.threads_mode = 'FIXED' if options.threads else 'AUTO'
         render.threads = max(1, options.threads)
@@ -482,6 +487,7 @@ def write_stats(options: argparse.Namespace, figures: list[dict[str, Any]], warn
         'samples': max((layer['samples'] for layer in layers), default=0),
         'features': every('features'),
         'left_out': every('left_out'),
+        'health': every('health'),
         'warnings': list(dict.fromkeys([*warnings, *every('warnings')])),
         'memory_peak_bytes': max((layer['memory_peak_bytes'] for layer in layers), default=0),
         'memory_above_bytes': max((layer['memory_above_bytes'] for layer in layers), default=0),

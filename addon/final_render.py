@@ -15,7 +15,7 @@ from typing import Any
 
 import bpy
 
-from . import auto, denoise, export, lamps, native, passes, preview, settings, stats, watch
+from . import auto, denoise, export, health, lamps, native, passes, preview, settings, stats, watch
 from .export.buffers import Camera, RenderSettings, SceneBuffers
 from .log import Cancelled, Log, spelled
 from .reporter import Reporter, position_in_frame
@@ -177,6 +177,7 @@ class RenderJob:
         self.reporter.phase('Building')
         began = time.perf_counter()
         native_scene, previous = self.native_scene(module, buffers, store)
+        names = health.Names(buffers.materials.names, buffers.lights.names)
         del buffers
         if render_settings.device == 'CPU':
             self.build_bvh(module, native_scene, render_settings.threads, previous)
@@ -211,6 +212,7 @@ class RenderJob:
             self.tell_of_clamping(session)
             if render_settings.adaptive:
                 self.tell_of_noise(session, render_settings)
+            self.tell_of_health(session, render_settings, names)
             if self.denoising is not None:
                 self.denoise(session, self.denoising)
         finally:
@@ -341,6 +343,20 @@ class RenderJob:
         """The error that is left: below the threshold where few samples did, above it where the last one came first."""
         self.stats.noise = float(passes.read(session, self.result, 'noise').mean())
         self.log.info(f'Noise left: {self.stats.noise:.2g} (threshold {render_settings.noise_threshold:.2g})')
+
+    def tell_of_health(self, session: Any, render_settings: RenderSettings, names: health.Names) -> None:
+        """Samples that were dropped, and where bad ones come from, where they are counted. STRICT: an error."""
+        figures = session.stats()
+        bad, rejected = figures.get('bad_samples', []), figures.get('rejected_samples', 0)
+        if render_settings.health and render_settings.device != 'CPU':
+            self.log.warning('Bad samples are counted on the CPU alone')
+        self.stats.health = health.report(bad, figures.get('samples', 0), rejected, names)
+        for text in self.stats.health:
+            self.log.warning(f'Numerical health: {text}')
+        if rejected and not render_settings.health:
+            self.log.info('Render > Speed and Accuracy > Numerical Health tells where such samples come from')
+        if self.scene.cotorra.health == 'STRICT' and health.faults(bad):
+            raise RenderError(f'{health.faults(bad)} samples are bad (Numerical Health is strict)')
 
     def denoise(self, session: Any, how: denoise.Denoising) -> None:
         """Replace Combined, which stays as it is where that is stopped or cannot be done."""

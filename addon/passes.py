@@ -51,6 +51,7 @@ OWN_PASSES = (
     RenderPass('Cotorra G', 'term_g', 'X', 'VALUE', 'use_pass_masking'),
     RenderPass('Cotorra F', 'term_f', 'RGB', 'COLOR', 'use_pass_fresnel'),
     RenderPass('Cotorra Noise', 'noise', 'X', 'VALUE', 'use_pass_noise'),
+    RenderPass('Cotorra Health', 'health', 'XYZ', 'VECTOR', 'use_pass_health'),
 )
 
 # As those, with Cycles' switch for what its denoiser is shown (`view_layer.cycles.denoising_store_passes`).

@@ -19,6 +19,7 @@ from .choices import (
     DENOISING_QUALITIES,
     DEVICE_INDEX_MAX,
     DEVICES,
+    HEALTHS,
     INTEGRATORS,
     RAY_TRACINGS,
     SAMPLES_MAX,
@@ -414,6 +415,14 @@ class CotorraSceneSettings(bpy.types.PropertyGroup):
     outline_depth: switch('Depth', 'Lines where the distance jumps', True)
     outline_object: switch('Object', 'Lines between objects', True)
 
+    health: EnumProperty(
+        name='Numerical Health',
+        description='Whether bad samples are counted, on the CPU, and what becomes of a render that has some',
+        items=HEALTHS,
+        default='OFF',
+        update=tag_scene,
+    )
+
     # Film
     use_reinhard: switch(
         'Reinhard',
@@ -437,6 +446,10 @@ class CotorraViewLayerSettings(bpy.types.PropertyGroup):
     )
     use_pass_noise: switch(
         'Noise', 'Pass "Cotorra Noise": the error that each pixel still has, as adaptive sampling estimates it'
+    )
+    use_pass_health: switch(
+        'Numerical Health',
+        'Pass "Cotorra Health": of each pixel the samples that are not finite (X), negative (Y) and fireflies (Z)',
     )
     use_pass_distribution: switch(
         'Distribution', 'Pass "Cotorra D": the distribution term of the surface, for each lamp above it, summed'

@@ -63,12 +63,20 @@ def render_settings(
         threads=scene.render.threads,
         passes=native_passes,
         cache=str(native.cache_folder()),
+        health=own.health != 'OFF' or 'health' in native_passes,
+        firefly_limit=_firefly_limit(scene, samples),
         **{name: cycles_settings.inherited(scene, name) for name in INHERITED},
         **{name: inherited_number(scene, name, log) for name in INHERITED_NUMBERS},
         **{name: getattr(own, name) for name in SAME_NAMES},
         **{name: _number(own, name, scene, log) for name in NUMBERS},
         **{name: _color(own, name, scene, log) for name in COLORS},
     )
+
+
+def _firefly_limit(scene: bpy.types.Scene, samples: int) -> float:
+    """Radiance of a sample that alone turns its pixel white."""
+    exposure = getattr(getattr(scene, 'cycles', None), 'film_exposure', 1.0)
+    return samples / exposure if exposure > 0.0 else 1e30
 
 
 def film(scene: bpy.types.Scene, camera: Camera, log: Log) -> passes.Film:

@@ -23,7 +23,8 @@ class LayerStats:
     the mean error that adaptive sampling estimates to be left (kernels/film.h), 0 without it.
     memory_peak_bytes is the process's so far, memory_above_bytes what this render added to memory_before_bytes at
     most. `scene` and `session` are the rest of what the native module counted. `auto` is what integrator AUTO chose and
-    why (auto/choice.py), empty with all others; its pilot's seconds are no part of render_seconds.
+    why (auto/choice.py), empty with all others; its pilot's seconds are no part of render_seconds. health: what was
+    wrong with samples, in words (health.py).
     """
 
     layer: str
@@ -47,6 +48,7 @@ class LayerStats:
     rays: dict[str, int] = field(default_factory=dict)
     features: list[str] = field(default_factory=list)
     left_out: list[str] = field(default_factory=list)
+    health: list[str] = field(default_factory=list)
     scene: dict[str, Any] = field(default_factory=dict)
     session: dict[str, Any] = field(default_factory=dict)
     auto: dict[str, Any] = field(default_factory=dict)

@@ -35,6 +35,7 @@ const uint FEATURE_TOON = 65536u;          // the integrator is Toon
 const uint FEATURE_LOBES = 131072u;        // a material has lobes that bsdf.h lacks; implies FEATURE_SPECULAR
 const uint FEATURE_WORLD_LIGHT = 262144u;  // the world varies, and is sampled as a light; implies FEATURE_PROGRAMS
 const uint FEATURE_AREA_LIGHTS = 524288u;  // a lamp is a rectangle or an ellipse; implies FEATURE_SOFT_LIGHTS
+const uint FEATURE_HEALTH = 1048576u;      // bad samples are counted, with where they came to be (CPU)
 
 // ---- Ray visibility, as Blender's visible_* flags; also Embree's ray masks.
 const uint VISIBLE_CAMERA = 1u;

@@ -114,6 +114,7 @@ struct Batch final : Workspace {
   Array<std::uint16_t, kLanes> pixel;  // its place in the tile
   Array<vec3, kLanes> radiance;
   Array<float, kLanes> alpha;
+  Array<std::uint8_t, FEATURE(FEATURE_HEALTH) ? kLanes : 1> unwell;  // bits by BAD_*
   std::vector<vec3> groups;
   std::vector<vec3> lamps;
   // The shadow packet that is being filled.

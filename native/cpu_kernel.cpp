@@ -87,6 +87,7 @@ class Renderer {
       b_.slot[i] = static_cast<uint>(i);
       b_.radiance[i] = vec3(0.0f);
       b_.alpha[i] = 1.0f;
+      if (FEATURE(FEATURE_HEALTH)) b_.unwell[i] = 0;
     }
     if (FEATURE(FEATURE_LIGHT_GROUPS)) {
       b_.groups.assign(static_cast<std::size_t>(lane) * job_.passes.light_groups, vec3(0.0f));
@@ -115,6 +116,9 @@ class Renderer {
       const vec3 direction = packet_direction(p, k);
       const Hit hit = packet_hit(job_, p, k);
       if (wants(FEATURE_WHITTED)) absorb(lane, hit.t, path);
+      if (FEATURE(FEATURE_HEALTH) && hit.instance == INVALID_ID) {
+        note_world_numbers(tracer_, lane.slot, path, direction);
+      }
       if (!meet(lane, path, origin, direction, hit)) continue;
       if (path_is_last(data_.integrator, path)) {  // only brings light home
         if (FEATURE(FEATURE_EMISSIVE_MESHES)) emission(lane, path, hit, direction);
@@ -191,6 +195,7 @@ class Renderer {
   void emission(const Lane &lane, const PathState &path, const Hit &hit, vec3 direction) {
     Surface surface;
     surface_from_hit(scene_, hit, direction, surface);
+    if (FEATURE(FEATURE_HEALTH)) note_emission_numbers(tracer_, lane.slot, path, surface, -direction);
     add_emission(lane, path, surface, scene_.materials.v[surface.material], direction);
   }
 
@@ -230,6 +235,9 @@ class Renderer {
     const uint mask = (light.flags & LIGHT_CAST_SHADOW) != 0u ? VISIBLE_SHADOW : 0u;
     for (std::size_t i = 0; i < static_cast<std::size_t>(lanes); ++i) {
       const vec3 contribution = b_.light.contribution.get(i);
+      if (FEATURE(FEATURE_HEALTH) && bad_light(contribution, INFINITE_DISTANCE) != BAD_KINDS) {
+        note_lit(tracer_, i, b_.slot[i], contribution, index);
+      }
       if (!(max_component(contribution) > 0.0f)) continue;
       vec3 origin = b_.light.origin.get(i);
       if (scene_.starts_at_point != 0u) origin = surface_start(scene_, b_.surface[i], b_.light.wi.get(i));

@@ -12,6 +12,7 @@
 #include "../kernels/scene_types.h"
 #include "embree.h"
 #include "film.h"
+#include "health.h"
 
 namespace cotorra {
 
@@ -57,6 +58,7 @@ struct RenderJob {
   bool camera_meets_lights;  // a lamp is visible to camera rays
   bool last_rays_find_light;  // the world or a mesh: worth the last ray of any path, not only of those that meet lamps
   bool measure_tracing;
+  float firefly_limit;  // radiance of a bounce from which on it is one, where bad samples are counted
   ClassicJob classic;
   const std::atomic<bool> *cancel;
 };
@@ -67,7 +69,9 @@ struct RayCounts {
   double light = 0.0, held_light = 0.0;
   // With RenderJob::measure_tracing: seconds of thread time for the whole work, and for Embree alone on the same rays.
   double busy_seconds = 0.0, traced_seconds = 0.0;
+  BadCounts bad;
   void add(const RayCounts &other) {
+    for (const auto &[sample, count] : other.bad) bad[sample] += count;
     camera += other.camera;
     bounce += other.bounce;
     shadow += other.shadow;

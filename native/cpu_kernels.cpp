@@ -24,6 +24,7 @@ const CpuKernel *const kKernels[] = {
 #undef COTORRA_KERNEL
 #undef COTORRA_PROGRAM
 
+constexpr const char *kNoHealth = "This build of Cotorra has no kernels that count bad samples";
 constexpr const char *kTooOld = "This processor lacks SSE 4.2 (x86-64-v2), which Cotorra needs";
 }  // namespace
 
@@ -55,9 +56,8 @@ const CpuKernel &choose_cpu_kernel(std::uint32_t features) {
         (kernel->isa_level == best->isa_level && std::popcount(kernel->features) < std::popcount(best->features));
     if (better) best = kernel;
   }
-  if (best == nullptr) {
-    throw std::runtime_error(kTooOld);
-  }
+  if (best == nullptr && (features & FEATURE_HEALTH) != 0u) throw std::runtime_error(kNoHealth);
+  if (best == nullptr) throw std::runtime_error(kTooOld);
   return *best;
 }
 

@@ -3,6 +3,7 @@
 // tells it for a GPU; and these bodies. Included by cpu_kernel.cpp alone.
 #pragma once
 
+#include "cpu_health.h"
 #include "cpu_passes.h"
 #include "cpu_visibility.h"
 
@@ -90,6 +91,12 @@ vec3 clamped(const Lane &lane, vec3 light, float limit) {
   return count_clamped(light, limit, lane.t.counts);
 }
 
+void note_found(const Lane &lane, const PathState &path, vec3 light, uint place, uint id) {
+  const bool lamp = place == HEALTH_LAMP;
+  note_light(lane.t, lane.slot, light,
+             {0, place, lamp ? kNobody : id, lamp ? id : kNobody, path.bounce, 0, kWeightArgument});
+}
+
 // Whitted's rays wait by depth; see cpu_whitted.h.
 void push_ray(const Lane &lane, const PendingRay &ray) {
   lane.t.batch.classic->pending[ray.path.bounce].push_back(ray);
@@ -120,6 +127,9 @@ void push_ray(const Lane &lane, const PendingRay &ray) {
 #define NOTE_SURFACE note_surface
 #define NOTE_TERMS note_terms
 #define PUSH_RAY push_ray
+#define NOTE_LIT(lane, light) note_lit((lane).t, (lane).i, (lane).slot, light, kNobody)
+#define NOTE_FOUND note_found
+#define NOTE_SCATTER(lane, path, b) note_scatter((lane).t, (lane).i, (lane).slot, path, b)
 
 #include "../kernels/stage/arrive.h"
 #include "../kernels/stage/leave.h"

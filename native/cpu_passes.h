@@ -5,6 +5,7 @@
 
 #include "../kernels/denoising.h"
 #include "cpu_camera.h"
+#include "cpu_health.h"
 #include "cpu_visibility.h"
 
 namespace cotorra {
@@ -30,6 +31,7 @@ void stage_samples(const Tracer &t, std::span<const std::uint16_t> pixels, uint 
       vec3 radiance = b.radiance[slot];
       const bool finite = film_add(sum, radiance, b.alpha[slot]);
       t.counts.rejected += finite ? 0u : 1u;
+      if (FEATURE(FEATURE_HEALTH) && !finite) note_bad(t, slot, {BAD_NOT_FINITE, HEALTH_UNKNOWN});
       if (((first + s) & 1u) != 0u) odd += radiance;
       if (FEATURE(FEATURE_LIGHT_GROUPS) && finite) {
         const std::size_t n = job.passes.light_groups;

@@ -6,6 +6,7 @@
 #include <algorithm>
 
 #include "cpu_batch.h"
+#include "cpu_health.h"
 #include "cpu_program.h"
 #include "cpu_visibility.h"
 
@@ -178,6 +179,12 @@ void draw_surfaces(const Tracer &t, int lanes, const float *u) {
     return varies ? &scene.programs.v[b.surface[i].material].surface : nullptr;
   };
   run_programs(t, lanes, part_of, [&](const ProgramBatch &batch, const uint *order) {
+    if (FEATURE(FEATURE_HEALTH)) {
+      const ProgramPart &ran = scene.programs.v[b.surface[order[0]].material].surface;
+      for (std::size_t k = 0; k < static_cast<std::size_t>(batch.n); ++k) {
+        note_closure_numbers(t, batch, ran, k, order[k]);
+      }
+    }
     // 1. What the commonest shape of all reads, for all points at once; the constants of another material may ask more.
     PlainLanes &plain = b.programs->plain;
     const ProgramPart &part = scene.programs.v[b.surface[order[0]].material].surface;

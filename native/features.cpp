@@ -40,6 +40,7 @@ constexpr Feature kFeatures[] = {
     {FEATURE_WORLD_LIGHT, "world as a light",
      "the world is nearly the same in all directions, or bounces alone find it"},
     {FEATURE_AREA_LIGHTS, "area lights", "no lamp is a rectangle or an ellipse"},
+    {FEATURE_HEALTH, "numerical health", "nobody counts bad samples"},
 };
 
 }  // namespace

@@ -33,8 +33,8 @@ std::uint64_t pixel_bytes(const PassSelection &passes) {
          if_kept(passes.nearest, sizeof(NearestRecord)) + if_kept(passes.surface, sizeof(SurfaceRecord)) +
          if_kept(passes.features, sizeof(FeatureRecord)) + if_kept(passes.emission, sizeof(vec3)) +
          if_kept(passes.environment, sizeof(vec3)) + if_kept(passes.shadow, sizeof(ShadowRecord)) +
-         if_kept(passes.occlusion, sizeof(float)) + if_kept(passes.terms, sizeof(TermRecord)) +
-         (std::uint64_t{passes.light_groups} + passes.lamps) * sizeof(vec3);
+         if_kept(passes.health, sizeof(vec3)) + if_kept(passes.occlusion, sizeof(float)) +
+         if_kept(passes.terms, sizeof(TermRecord)) + (std::uint64_t{passes.light_groups} + passes.lamps) * sizeof(vec3);
 }
 
 // One pixel of a pass: reads tile and pixel index, writes channels.
@@ -118,6 +118,9 @@ Reader reader_of(const std::string &pass, const PassSelection &has, bool transpa
   if (has.occlusion && pass == "ao") {
     return [](const FilmTile &t, std::size_t i, float *out) { write(vec3(t.occlusion[i] * per_sample(t, i)), out); };
   }
+  if (has.health && pass == "health") {
+    return [](const FilmTile &t, std::size_t i, float *out) { write(t.health[i], out); };
+  }
   if (has.terms) {
     if (pass == "term_d") {
       return [](const FilmTile &t, std::size_t i, float *out) { out[0] = t.terms[i].d * per_sample(t, i); };
@@ -164,6 +167,7 @@ void FilmTile::clear_as(const FilmTile &tile) {
   shadow.assign(tile.shadow.size(), ShadowRecord{});
   occlusion.assign(tile.occlusion.size(), 0.0f);
   terms.assign(tile.terms.size(), TermRecord{});
+  health.assign(tile.health.size(), vec3(0.0f));
   groups.assign(tile.groups.size(), vec3(0.0f));
   lamps.assign(tile.lamps.size(), vec3(0.0f));
 }
@@ -193,6 +197,7 @@ void FilmTile::add(const FilmTile &staged, std::uint32_t count) {
       shadow[i].unshadowed += staged.shadow[i].unshadowed;
     }
     if (!occlusion.empty()) occlusion[i] += staged.occlusion[i];
+    if (!health.empty()) health[i] += staged.health[i];
     if (!terms.empty()) {
       terms[i].d += staged.terms[i].d;
       terms[i].g += staged.terms[i].g;
@@ -247,6 +252,7 @@ void Film::make_tiles(int tile_size) {
       if (passes.shadow) t.shadow.resize(n);
       if (passes.occlusion) t.occlusion.assign(n, 0.0f);
       if (passes.terms) t.terms.resize(n);
+      if (passes.health) t.health.assign(n, vec3(0.0f));
       if (passes.light_groups > 0) t.groups.assign(n * passes.light_groups, vec3(0.0f));
       if (passes.lamps > 0) t.lamps.assign(n * passes.lamps, vec3(0.0f));
     }

@@ -28,6 +28,7 @@ struct PassSelection {
   bool terms = false;    // D, G, F
   bool error = false;    // adaptive sampling
   bool features = false;  // Denoising Albedo, Denoising Normal
+  bool health = false;    // bad samples
   std::uint32_t light_groups = 0;
   std::uint32_t lamps = 0;  // passes of single lamps
   bool any_data() const { return features || nearest || surface || emission || environment || shadow || occlusion; }
@@ -81,6 +82,7 @@ struct FilmTile {
   std::vector<ShadowRecord> shadow;
   std::vector<float> occlusion;           // sky that is free
   std::vector<TermRecord> terms;
+  std::vector<vec3> health;               // samples: not finite or mended, negative, fireflies
   std::vector<vec3> groups;               // [pixel * light_groups + group]
   std::vector<vec3> lamps;                // [pixel * lamps + lamp]
   std::vector<vec3> odd;                  // adaptive sampling: radiance of every second sample

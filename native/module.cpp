@@ -177,6 +177,8 @@ SettingsInput read_settings(nb::handle settings) {
   in.transparent = nb::cast<bool>(nb::getattr(settings, "transparent_film"));
   in.threads = nb::cast<int>(nb::getattr(settings, "threads"));
   in.measure_tracing = nb::cast<bool>(nb::getattr(settings, "measure_tracing"));
+  in.health = nb::cast<bool>(nb::getattr(settings, "health"));
+  in.firefly_limit = nb::cast<float>(nb::getattr(settings, "firefly_limit"));
   in.ambient_color = nb::cast<std::array<float, 3>>(nb::getattr(settings, "ambient_color"));
   in.ambient_strength = nb::cast<float>(nb::getattr(settings, "ambient_strength"));
   in.use_ambient_occlusion = nb::cast<bool>(nb::getattr(settings, "use_ambient_occlusion"));
@@ -295,6 +297,25 @@ nb::dict material_constants(const SceneHandle &handle, std::size_t material) {
   return d;
 }
 
+// What a BadSample is, by the names of native/health.h; -1: nobody.
+nb::list bad_samples(const BadCounts &counts) {
+  const auto number = [](std::uint32_t value) { return value == kNobody ? std::int64_t{-1} : std::int64_t{value}; };
+  nb::list found;
+  for (const auto &[bad, count] : counts) {
+    nb::dict d;
+    d["kind"] = bad.kind;
+    d["place"] = bad.place;
+    d["material"] = number(bad.material);
+    d["light"] = number(bad.light);
+    d["bounce"] = bad.bounce;
+    d["lobe"] = bad.lobe;
+    d["argument"] = number(bad.argument);
+    d["samples"] = count;
+    found.append(d);
+  }
+  return found;
+}
+
 nb::dict session_stats(const Session &session) {
   const SessionStats s = session.stats();
   nb::dict rays;
@@ -306,6 +327,7 @@ nb::dict session_stats(const Session &session) {
   d["rays"] = rays;
   d["samples"] = s.rays.samples;
   d["rejected_samples"] = s.rays.rejected;
+  d["bad_samples"] = bad_samples(s.rays.bad);
   d["light"] = s.rays.light;
   d["held_light"] = s.rays.held_light;
   d["busy_seconds"] = s.rays.busy_seconds;

@@ -3,6 +3,8 @@
 // Values are folded and shared in program_graph.cpp; instructions are written in program_writer.cpp.
 #include "program_compile.h"
 
+#include "health.h"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -491,6 +493,10 @@ const OpInfo *find_op(uint number) {
 }
 
 std::span<const ClosureInfo> program_closures() { return kClosures; }
+
+std::uint32_t closure_arguments(std::uint32_t kind) {
+  return static_cast<std::uint32_t>(std::string_view(program_closures()[kind].arguments).size());
+}
 
 CompiledShader ProgramLibrary::add(const ShaderInput &shader) {
   CompiledShader compiled = Compiler(shader, opaque_images).compile(*this);

@@ -100,6 +100,8 @@ PassSelection select_passes(const SettingsInput &settings, std::uint32_t light_g
       p.error = true;
     } else if (name == "ao") {
       p.occlusion = true;
+    } else if (name == "health") {
+      p.health = true;
     } else if (name.starts_with("term_")) {
       p.terms = true;
     } else if (const std::uint32_t lamp = numbered_pass(name, "light:"); lamp < kLampPasses) {
@@ -199,6 +201,9 @@ void Session::describe(const CameraInput &camera) {
   // What a surface is, passes show even where the integrator does not ask.
   if (passes_.terms || passes_.surface) job_.features |= scene_->features() & (FEATURE_SPECULAR | FEATURE_MODELS);
   if (passes_.emission) job_.features |= scene_->features() & FEATURE_EMISSIVE_MESHES;
+  // Graphics cards do not count.
+  if ((settings_.health || passes_.health) && settings_.device.kind == "CPU") job_.features |= FEATURE_HEALTH;
+  job_.firefly_limit = settings_.firefly_limit;
   job_.seed = settings_.seed;
   scene_data_.seed = settings_.seed;
   job_.program_registers = scene_->programs().registers;

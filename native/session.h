@@ -47,6 +47,8 @@ struct SettingsInput {  // addon/export/buffers.py, RenderSettings
   bool transparent = false;
   int threads = 0;
   bool measure_tracing = false;
+  bool health = false;
+  float firefly_limit = 1e30f;
   std::vector<std::string> passes;
   std::array<float, 3> ambient_color{1.0f, 1.0f, 1.0f};
   float ambient_strength = 0.0f;

@@ -363,6 +363,8 @@ class RenderSettings:
     device:     one of choices.DEVICES; device_index: of cotorra_native.devices(), -1: the first that can be used.
     ray_tracing: one of choices.RAY_TRACINGS, on a graphics card.
     cache:      folder for compiled kernels of graphics cards; empty: none is kept.
+    health:     count bad samples with where they came to be, on the CPU: `bad_samples` of Session.stats().
+    firefly_limit: radiance that a bounce brings from which on it is counted as a firefly.
     measure_tracing: trace every ray a second time, alone, to tell how much of the time is Embree's; for benchmarks.
     """
 
@@ -386,6 +388,8 @@ class RenderSettings:
     threads: int = 0
     passes: tuple[str, ...] = ('combined',)
     measure_tracing: bool = False
+    health: bool = False
+    firefly_limit: float = 1e30
     device: str = 'CPU'
     device_index: int = -1
     ray_tracing: str = 'AUTO'
@@ -425,6 +429,7 @@ PASSES = {
     'ao': 3,
     'sample_count': 1,
     'noise': 1,
+    'health': 3,
     'term_d': 1,
     'term_g': 1,
     'term_f': 3,

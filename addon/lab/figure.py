@@ -19,7 +19,7 @@ from matplotlib.patheffects import withStroke
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from . import labels, pictures
-from .results import CLOCKS, Line, Measure, Results, engine_name, told, white_of
+from .results import CLOCKS, Line, Measure, Results, engine_name, front_of, told, white_of
 from .style import color_of, marker_of
 
 DPI = 150
@@ -92,17 +92,32 @@ def decades(axis: Any) -> tuple[float, ...]:
 
 
 def draw_front(axes: Axes, results: Results, measure: Measure) -> None:
-    """As a staircase: at a time, the least error that is reached by then."""
-    best = sorted((p for p in results.points if measure.key in p.front), key=lambda p: p.seconds(results.clock))
+    stairs(axes, [(p.seconds(results.clock), p.value(measure.key)) for p in results.points])
+
+
+def stairs(axes: Axes, points: Sequence[tuple[float, float]]) -> None:
+    """The Pareto front of points (cost, error), as a staircase: at a cost, the least error that is reached by then."""
+    best = front_of(points)
     if not best:
         return
-    seconds, errors = [p.seconds(results.clock) for p in best], [p.value(measure.key) for p in best]
+    costs, errors = zip(*best, strict=True)
     (left, right), (low, high) = axes.get_xlim(), axes.get_ylim()
     right = left * (right / left) ** ROOM
-    axes.step([*seconds, right], [*errors, errors[-1]], where='post', color=FRONT, linewidth=5, zorder=1,
+    axes.step([*costs, right], [*errors, errors[-1]], where='post', color=FRONT, linewidth=5, zorder=1,
               solid_capstyle='round', solid_joinstyle='round')  # fmt: skip
-    axes.plot([seconds[0]] * 2, [errors[0], high], color=FRONT, linewidth=5, zorder=1)
+    axes.plot([costs[0]] * 2, [errors[0], high], color=FRONT, linewidth=5, zorder=1)
     axes.set(xlim=(left, right), ylim=(low, high))
+
+
+def on_stairs(axes: Axes, points: Sequence[tuple[float, float]]) -> list[labels.Box]:
+    """Boxes along the front, in pixels."""
+    best = front_of(points)
+    corners = [(best[0][0], axes.get_ylim()[1])] if best else []
+    for cost, error in best:
+        corners += [(cost, corners[-1][1]), (cost, error)]
+    if corners:
+        corners.append((axes.get_xlim()[1], corners[-1][1]))
+    return along([axes.transData.transform(corner) for corner in corners])
 
 
 def front_handle() -> list[Any]:
@@ -155,17 +170,35 @@ def draw_labels(axes: Axes, results: Results, measure: Measure) -> None:
         if places:
             x, y, _ = places[-1]
             wanted.append((label(line.series.name, (x, y), 8.0, True, renderer, figure), color_of(line.series), 8.0))
+    obstacles += on_stairs(axes, [(p.seconds(results.clock), p.value(measure.key)) for p in results.points])
     boxes = labels.place([entry for entry, _, _ in wanted], obstacles, (frame.x0, frame.y0, frame.x1, frame.y1))
     for (entry, color, size), box in zip(wanted, boxes, strict=True):
-        if box is None:
-            continue
-        centre = ((box[0] + box[2]) / 2, (box[1] + box[3]) / 2)
-        if entry.needed and math.dist(nearest(box, entry.anchor), entry.anchor) > 1.9 * radius:
-            ends = axes.transData.inverted().transform([entry.anchor, nearest(box, entry.anchor)])
-            axes.plot(*ends.T, color=color, linewidth=0.6, zorder=2, scalex=False, scaley=False)
-        place = axes.transData.inverted().transform(centre)
-        text = axes.text(*place, entry.text, fontsize=size, color=color, ha='center', va='center', zorder=5)
-        text.set_path_effects([withStroke(linewidth=2.2, foreground='white')])
+        if box is not None:
+            write(axes, entry, box, color, size)
+
+
+def write(axes: Axes, entry: labels.Label, box: labels.Box, color: str, size: float) -> None:
+    """A label at its place, with a line to what it names where that is away."""
+    centre = ((box[0] + box[2]) / 2, (box[1] + box[3]) / 2)
+    if entry.needed and math.dist(nearest(box, entry.anchor), entry.anchor) > 8.0 * DPI / 72:
+        ends = axes.transData.inverted().transform([entry.anchor, nearest(box, entry.anchor)])
+        axes.plot(*ends.T, color=color, linewidth=0.6, zorder=2, scalex=False, scaley=False)
+    place = axes.transData.inverted().transform(centre)
+    text = axes.text(*place, entry.text, fontsize=size, color=color, ha='center', va='center', zorder=5)
+    text.set_path_effects([withStroke(linewidth=2.2, foreground='white')])
+
+
+def place_texts(axes: Axes, texts: Sequence[tuple[str, tuple[float, float], str]], size: float) -> None:
+    """A text beside each point (text, (cost, error), color), none over another; the figure must have been drawn."""
+    figure = axes.figure
+    renderer = figure.canvas.get_renderer()
+    frame = axes.get_window_extent(renderer)
+    anchors = [axes.transData.transform(point) for _, point, _ in texts]
+    obstacles = [(x - 6.0, y - 6.0, x + 6.0, y + 6.0) for x, y in anchors]
+    wanted = [label(text, at, size, True, renderer, figure) for (text, _, _), at in zip(texts, anchors, strict=True)]
+    boxes = labels.place(wanted, obstacles, (frame.x0, frame.y0, frame.x1, frame.y1))
+    for entry, box, (_, _, color) in zip(wanted, boxes, texts, strict=True):
+        write(axes, entry, box, color, size)
 
 
 def along(places: Sequence[Any]) -> list[labels.Box]:

@@ -220,11 +220,17 @@ def curve_of(points: list[Point], measure: Measure, biased: bool, clock: str) ->
 
 def front(points: Sequence[Point], key: str, clock: str) -> list[Point]:
     """Pareto: those to which no other is both as fast and as good; by time."""
-    found: list[Point] = []
-    known = [point for point in points if point.value(key) > 0.0]
-    for point in sorted(known, key=lambda point: (point.seconds(clock), point.value(key))):
-        if not found or point.value(key) < found[-1].value(key):
-            found.append(point)
+    best = front_of([(point.seconds(clock), point.value(key)) for point in points])
+    by_place = {(point.seconds(clock), point.value(key)): point for point in reversed(points)}
+    return [by_place[place] for place in best]
+
+
+def front_of(points: Sequence[tuple[float, float]]) -> list[tuple[float, float]]:
+    """The Pareto front of (cost, error), by cost; errors that are not above 0 are none."""
+    found: list[tuple[float, float]] = []
+    for cost, error in sorted(point for point in points if point[1] > 0.0):
+        if not found or error < found[-1][1]:
+            found.append((cost, error))
     return found
 
 

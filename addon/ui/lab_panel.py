@@ -10,7 +10,7 @@ import bpy
 import numpy as np
 from bpy.props import EnumProperty, FloatProperty, IntProperty, PointerProperty, StringProperty
 
-from .. import compat
+from .. import compat, stats
 from ..choices import ENGINE
 from ..lab import background, plan, raster
 from ..lab.apply import apply
@@ -317,6 +317,19 @@ class COTORRA_RENDER_PT_compare(CotorraPanel, bpy.types.Panel):
             wrapped(layout, context, line, 'DOT')
 
 
+class COTORRA_RENDER_PT_health(CotorraPanel, bpy.types.Panel):
+    bl_label = 'Numerical Health'
+    bl_parent_id = 'COTORRA_RENDER_PT_speed_accuracy'
+    bl_options = {'DEFAULT_CLOSED'}
+
+    def draw(self, context):
+        layout = split_layout(self)
+        layout.prop(context.scene.cotorra, 'health', text='Bad Samples')
+        layout.prop(context.view_layer.cotorra, 'use_pass_health', text='Pass')
+        for text in (text for entry in stats.last(context.scene.name) for text in entry.health):
+            wrapped(layout, context, text, 'DOT')
+
+
 CLASSES = (
     CotorraLabSettings,
     COTORRA_OT_speed_accuracy,
@@ -325,6 +338,7 @@ CLASSES = (
     COTORRA_OT_lab_apply,
     COTORRA_RENDER_PT_speed_accuracy,
     COTORRA_RENDER_PT_compare,
+    COTORRA_RENDER_PT_health,
 )
 
 

@@ -52,6 +52,7 @@ class COTORRA_VIEWLAYER_PT_passes_data(CotorraPanel, bpy.types.Panel):
         debug = layout.column(heading='Debug', align=True)
         debug.prop(layer.cotorra, 'use_pass_sample_count')
         debug.prop(layer.cotorra, 'use_pass_noise')
+        debug.prop(layer.cotorra, 'use_pass_health')
         cycles = getattr(layer, 'cycles', None)
         if cycles is not None:  # read as it is in a file made for Cycles
             layout.column(heading='Denoising').prop(cycles, 'denoising_store_passes', text='Data')

@@ -4,6 +4,7 @@
 #ifndef COTORRA_STAGE_ARRIVE_H
 #define COTORRA_STAGE_ARRIVE_H
 
+#include "../health.h"
 #include "../occlusion.h"
 #include "../outline.h"
 #include "../toon.h"
@@ -28,6 +29,7 @@ FN void add_light(LANE lane, vec3 value, int group) {
 // `kept` of a light sample's contribution is left at the surface. `first`: it is the first of the path.
 FN void arrive(LANE lane, bool first, vec3 contribution, vec3 kept, int group) {
   const vec3 lit = contribution * kept;
+  if (FEATURE(FEATURE_HEALTH)) NOTE_LIT(lane, lit);
   if (max_component(kept) > 0.0f) {
     add_light(lane, CLAMPED(lane, lit, light_limit(JOB.integrator, PATH_BOUNCE(lane))), group);
   }

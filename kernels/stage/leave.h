@@ -34,7 +34,9 @@ FN bool go_on(LANE lane, INOUT(PathState) path, IN(Surface) s, LANE_BSDF bsdf, I
     return path_pass(SCENE, path, s, wo, origin);
   }
   direction = b.wi;
-  if (!path_advance(SCENE, JOB.integrator, path, s, b, u_roulette, origin)) return false;
+  const bool goes_on = path_advance(SCENE, JOB.integrator, path, s, b, u_roulette, origin);
+  if (FEATURE(FEATURE_HEALTH)) NOTE_SCATTER(lane, path, b);
+  if (!goes_on) return false;
   if (SCENE.light_kinds != 0u) path_note_kind(bsdf, lobe, wo, b.wi, path);
   // A last ray can only bring light home: where there is none to find, it need not be traced.
   const bool finds =

@@ -26,6 +26,7 @@ FN void meet_lights(LANE lane, IN(PathState) path, vec3 origin, vec3 direction, 
     int group;
     const vec3 met = path_meet_light(SCENE, l, path, origin, direction, t, group);
     if (is_black(met)) continue;
+    if (FEATURE(FEATURE_HEALTH)) NOTE_FOUND(lane, path, met, HEALTH_LAMP, l);
     const vec3 seen = CLAMPED(lane, met, found_limit(JOB.integrator, path));
     add_found(lane, path, seen, group);
     if (FEATURE(FEATURE_DATA_PASSES) && path.bounce == 0u) NOTE_EMISSION(lane, seen);
@@ -36,7 +37,9 @@ FN void meet_lights(LANE lane, IN(PathState) path, vec3 origin, vec3 direction, 
 // Cycles.
 FN void escape(LANE lane, IN(PathState) path, vec3 direction) {
   if (FEATURE(FEATURE_WORLD)) {
-    const vec3 world = CLAMPED(lane, path_escape(SCENE, path, direction), found_limit(JOB.integrator, path));
+    const vec3 sky = path_escape(SCENE, path, direction);
+    if (FEATURE(FEATURE_HEALTH)) NOTE_FOUND(lane, path, sky, HEALTH_WORLD, INVALID_ID);
+    const vec3 world = CLAMPED(lane, sky, found_limit(JOB.integrator, path));
     if (FEATURE(FEATURE_DATA_PASSES) && path.bounce == 0u) NOTE_ENVIRONMENT(lane, world);
     if (path.bounce > 0u || !FLAG(JOB_TRANSPARENT)) add_found(lane, path, world, SCENE.world_group);
   }
@@ -58,6 +61,7 @@ FN bool meet(LANE lane, IN(PathState) path, vec3 origin, vec3 direction, IN(Hit)
 FN void add_emission(LANE lane, IN(PathState) path, IN(Surface) s, IN(Material) material, vec3 direction) {
   if ((material.flags & MATERIAL_EMISSIVE) == 0u) return;
   const vec3 found = path_emission(SCENE, path, s, material, -direction, s.t);
+  if (FEATURE(FEATURE_HEALTH)) NOTE_FOUND(lane, path, found, HEALTH_EMISSION, s.material);
   const vec3 emitted = CLAMPED(lane, found, found_limit(JOB.integrator, path));
   add_found(lane, path, emitted, LOAD(SCENE.instances, s.instance).light_group);
   if (FEATURE(FEATURE_DATA_PASSES) && path.bounce == 0u) NOTE_EMISSION(lane, emitted);

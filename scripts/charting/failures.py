@@ -237,7 +237,7 @@ def critical_angle(panel: Any, count: int) -> tuple[Any, ...]:
         naive = np.float32(0.5) * (((c - g) / (c + g)) ** 2 + ((n2 * c - g) / (n2 * c + g)) ** 2)
     degrees = np.degrees(critical + beyond)
     measured = show(
-        panel, degrees, error(naive, truth), error(ours, truth), 'Total internal reflection', 'angle inside'
+        panel, degrees, error(naive, truth), error(ours, truth), 'Total internal reflection', 'angle inside, degrees'
     )
     panel.set_xscale('linear')
     return 'critical angle', *measured, 'the root of what is below 0 is 0: both fractions are then 1'

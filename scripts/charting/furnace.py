@@ -160,7 +160,7 @@ def draw(panel: Any, variant: Variant, values: F64, angles: F64, found: F64) -> 
         panel.contour(values, degrees, found, levels=[1.0 + TRUSTED], colors='black', linewidths=1.2)
     panel.set_title(f'{variant.name}\n{found.min():.2f} to {found.max():.2f}', fontsize=7)
     panel.set_xlabel(variant.axis, fontsize=7)
-    panel.set_ylabel('angle', fontsize=7)
+    panel.set_ylabel('angle of the viewer, degrees', fontsize=7)
     panel.tick_params(labelsize=6)
     if variant.axis == 'shininess':
         panel.set_xscale('log')

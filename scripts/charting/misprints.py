@@ -37,7 +37,13 @@ def schlick(panel: Any, count: int) -> tuple[Any, ...]:
     right = 0.04 + 0.96 * (1.0 - cosine) ** 5
     wrong = 0.5 + 0.5 * (1.0 - np.clip(2.0 * cosine**2 - 1.0, 0.0, 1.0)) ** 5
     pair(
-        panel, np.degrees(np.arccos(cosine)), right, wrong, 'Schlick: F0 0.5, angle of l and v', 'angle of v and h', 'F'
+        panel,
+        np.degrees(np.arccos(cosine)),
+        right,
+        wrong,
+        'Schlick: F0 0.5, angle of l and v',
+        'angle of v and h, degrees',
+        'F',
     )
     means = [float(2.0 * np.trapezoid(-curve * cosine, cosine)) for curve in (right, wrong)]
     return 'Schlick', 'mean F of plastic, cosine-weighted', *means, f'{means[1] / means[0]:.1f} times as much mirrored'
@@ -54,7 +60,7 @@ def half_vector(panel: Any, count: int) -> tuple[Any, ...]:
     sum_nh = np.cos(light) + np.cos(viewer)
     length = 2.0 * np.cos((light + viewer) / 2.0)  # both in one plane, on opposite sides of n
     right, wrong = ggx(sum_nh / length, a), ggx(sum_nh, a)
-    pair(panel, np.degrees(light), right, wrong, 'GGX D: h not normalised', 'angle of l, v at 30°', 'D')
+    pair(panel, np.degrees(light), right, wrong, 'GGX D: h not normalised', 'angle of l, degrees (v at 30°)', 'D')
     panel.set_yscale('log')
     peaks = [float(np.interp(viewer, light, curve)) for curve in (right, wrong)]
     pole = np.degrees(np.arccos(1.0 / np.sqrt(1.0 - a * a) - np.cos(viewer)))
@@ -78,7 +84,7 @@ def lambert(panel: Any, count: int) -> tuple[Any, ...]:
     """f = base/π; with nl in f beside the cosine of the rendering equation the surface loses a third of the light."""
     angle = np.linspace(0.0, np.pi / 2, count)
     right, wrong = np.cos(angle) / np.pi, np.cos(angle) ** 2 / np.pi
-    pair(panel, np.degrees(angle), right, wrong, 'Lambert: an extra nl', 'angle of l', 'f nl')
+    pair(panel, np.degrees(angle), right, wrong, 'Lambert: an extra nl', 'angle of l, degrees', 'f nl')
     albedos = [float(2.0 * np.pi * np.trapezoid(curve * np.sin(angle), angle)) for curve in (right, wrong)]
     return 'Lambert', 'albedo of white', *albedos, f'{1.0 - albedos[1] / albedos[0]:.1%} of the light lost'
 
@@ -94,7 +100,14 @@ def beckmann_t(panel: Any, count: int) -> tuple[Any, ...]:
     angle = np.linspace(0.0, np.pi / 2, count + 2)[1:-1]
     ns = np.cos(angle)
     curves = [1.0 / (1.0 + beckmann_lambda(ns / (a * np.sqrt(below)))) for below in (1.0 - ns * ns, 1.0 - ns)]
-    pair(panel, np.degrees(angle), *curves, 't without the square', 'angle of s, roughness 0.6', 'G1 (Beckmann)')
+    pair(
+        panel,
+        np.degrees(angle),
+        *curves,
+        't without the square',
+        'angle of s, degrees (roughness 0.6)',
+        'G1 (Beckmann)',
+    )
     at = int(np.abs(curves[1] - curves[0]).argmax())
     values = [float(curve[at]) for curve in curves]
     return 'Smith t', f'G1 at {np.degrees(angle[at]):.0f}°', *values, f'{values[1] / values[0] - 1.0:+.1%}'

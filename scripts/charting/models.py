@@ -14,6 +14,7 @@ from statistics import median
 from typing import Any
 
 import numpy as np
+from cotorra.lab.figure import place_texts, stairs
 from cotorra.metrics import Image, Reference, image_error, noise_and_bias, total_difference
 
 from benchmark import runner, scenes
@@ -147,21 +148,28 @@ def judged(measured: Measured, reference: Reference, plan: Plan) -> tuple[float,
 
 
 def draw(models: list[tuple[Any, ...]], integrators: list[tuple[Any, ...]]) -> Any:
-    """Cost against error: models on the left, integrators and Cycles on the right."""
-    figure, (left, right) = panels('box_room: ms a frame and error against the path-traced image', 1, 2, 7.0, 6.0)
+    """Cost against error with the Pareto front: models on the left, integrators and Cycles on the right."""
+    figure, (left, right) = panels('box_room: ms a frame and error against the path-traced image', 1, 2, 7.4, 6.4)
+    found = []
     for offset, error, kind, color in ((1, 3, 'direct', 'tab:orange'), (4, 6, 'path', 'tab:blue')):
-        left.scatter([row[offset] for row in models], [row[error] for row in models], color=color, label=kind)
-        for number, row in enumerate(models, 1):
-            place = (row[offset], row[error])
-            left.annotate(str(number), place, xytext=(3, 3), textcoords='offset points', fontsize=7)
+        left.scatter([row[offset] for row in models], [row[error] for row in models], color=color, label=kind, s=22)
+        found += [(row[offset], row[error], str(number), color) for number, row in enumerate(models, 1)]
     for number, row in enumerate(models, 1):
         left.plot([], [], linestyle='', label=f'{number} {row[0]}')
-    left.legend(loc='upper center', bbox_to_anchor=(0.5, -0.1), ncols=3, fontsize=7, handlelength=1.0)
-    for name, milliseconds, _, error, *_ in integrators:
-        right.scatter(milliseconds, error, color='tab:gray' if name.startswith('Cycles') else 'tab:blue')
-        right.annotate(name, (milliseconds, error), xytext=(5, 3), textcoords='offset points', fontsize=9)
+    left.legend(loc='upper center', bbox_to_anchor=(0.5, -0.12), ncols=3, fontsize=7, handlelength=1.0)
+    known = [(row[1], row[3], row[0], 'tab:gray' if row[0].startswith('Cycles') else 'tab:blue') for row in integrators]
+    right.scatter([point[0] for point in known], [point[1] for point in known], color=[point[3] for point in known])
     left.set_title('one model for everything')
     right.set_title('integrators, materials as they are')
     for axes in (left, right):
         axes.set(xlabel='ms a frame', ylabel='relMSE of a frame', xscale='log', yscale='log')
+        axes.grid(True, which='major', color='#ececec')
+        axes.set_axisbelow(True)
+        axes.margins(0.12)
+    for axes, points in ((left, found), (right, known)):
+        stairs(axes, [point[:2] for point in points])
+    figure.canvas.draw()
+    for axes, points in ((left, found), (right, known)):
+        texts = [(text, (x, y), color) for x, y, text, color in points]
+        place_texts(axes, texts, size=7.5)
     return figure

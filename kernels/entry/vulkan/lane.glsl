@@ -69,6 +69,10 @@ uint path_bounce_of(uint lane) {
 #define NOTE_SURFACE(lane, first) note_surface(lane, first)
 #define NOTE_TERMS(lane, d, g, f) STORE(WAVE.terms, lane, WaveTerms(d, g, f))
 #define PUSH_RAY(lane, ray) push_ray(lane, ray)
+// Bad samples are counted on the CPU alone.
+#define NOTE_LIT(lane, light)
+#define NOTE_FOUND(lane, path, light, place, id)
+#define NOTE_SCATTER(lane, path, b)
 
 void note_shadow(uint lane, float arrived, float sent) {
   WAVE.records.v[lane].lit += arrived;
