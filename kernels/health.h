@@ -4,7 +4,7 @@
 #ifndef COTORRA_HEALTH_H
 #define COTORRA_HEALTH_H
 
-#include "language.h"
+#include "math.h"
 
 #ifdef __cplusplus
 namespace cotorra {

@@ -190,6 +190,13 @@ CAMERA = [
         {'pixel': 'FilmPixel', 'kept': 'vec3', 'finite': 'uint', 'error': 'float', 'number': 'float', 'vector': 'vec3'},
         tolerances={'error': ROUNDING},
     ),
+    Case(
+        'health',
+        'kind = bad_light(light * gate - vec3(shade), limit); bad = select(bad_number(light.x * gate), 1u, 0u);',
+        {'light': COLOR, 'gate': ('float', choices(1.0, 1e16, 1e31)), 'shade': ('float', choices(0.0, 0.5))}
+        | {'limit': ('float', choices(0.5, 1e30))},
+        {'kind': 'uint', 'bad': 'uint'},
+    ),
 ]
 
 LIGHTS = [

@@ -42,7 +42,7 @@ def run(options: argparse.Namespace, watcher: TerminalWatcher) -> None:
     known = store.open(options.fresh)
     driver = Driver(store, watcher, options.budget, began)
     chart = driver.run(
-        task_of(options) | {'eevee': any(series.engine == 'EEVEE' for series in series_of(options))},
+        task_of(options),
         with_wishes(known, options) if known else None,
         lambda: plan_of(options),
         lambda chart: seconds_of_drawing(options, chart),
@@ -73,7 +73,6 @@ def task_of(options: argparse.Namespace) -> dict[str, Any]:
         'size': options.size,
         'frame': options.frame,
         'threads': options.threads,
-        'eevee': False,
     }
 
 

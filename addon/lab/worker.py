@@ -122,6 +122,8 @@ def set_up(scene: bpy.types.Scene, series: plan.Series, samples: int, seed: int)
     from .. import cycles_settings
     from .apply import apply
 
+    if series.engine == 'EEVEE':
+        require_eevee()
     apply(scene, series, samples)
     if series.engine == 'COTORRA':
         for name, value in (('seed', seed), ('time_limit', 0.0)):
@@ -130,16 +132,17 @@ def set_up(scene: bpy.types.Scene, series: plan.Series, samples: int, seed: int)
         scene.cycles.seed, scene.cycles.time_limit = seed, 0.0
 
 
-def require_eevee(bpy_app: Any) -> None:
-    """EEVEE draws by OpenGL or Vulkan, and ends the process where there is neither."""
+def require_eevee() -> None:
+    """EEVEE draws by OpenGL or Vulkan, and would end the process where there is neither."""
+    import bpy
     import gpu
 
     try:
-        gpu.platform.backend_type_get()
-        if bpy_app.background:
+        if bpy.app.background and hasattr(gpu, 'init'):
             gpu.init()
+        gpu.platform.backend_type_get()
     except (SystemError, AttributeError, RuntimeError) as error:
-        raise CommandError(f'EEVEE cannot render here: {error}') from error
+        raise CommandError(f'EEVEE cannot render here: {str(error).splitlines()[0]}') from error
 
 
 def read_layers(path: Path) -> tuple[Image, dict[str, Any]]:
@@ -223,8 +226,6 @@ def main(folder: Path) -> None:
             scene = open_task(task)
             import bpy
 
-            if task['eevee']:
-                require_eevee(bpy.app)
             bpy.app.handlers.render_stats.append(clock.status)
             bpy.app.handlers.render_post.append(clock.end)
             found = {

@@ -16,7 +16,10 @@ from PIL import Image
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parent.parent
 # A machine that does other work, too, tells processor seconds better than those of the clock on the wall.
-DEMOS = {'box_room': ('--clock', 'cpu'), 'three_lights': ('--clock', 'cpu')}
+DEMOS = {
+    'box_room': ('--clock', 'cpu'),
+    'three_lights': ('--clock', 'cpu', '--samples', '1,4,16', '--points', '15'),
+}
 COLORS = 64
 BYTES_MAX = 200_000
 
