@@ -13,7 +13,7 @@ from types import ModuleType, SimpleNamespace
 import bpy
 import numpy as np
 import pytest
-from cotorra import native, settings, stats
+from cotorra import denoise, native, settings, stats
 from cotorra.export.buffers import RenderSettings
 from cotorra.log import Log
 from cotorra.ui import warnings_panel
@@ -233,6 +233,18 @@ def test_threads_end_with_the_engine(window: Window) -> None:
     window.viewport = None
     assert session.wait(0.0)
     window.viewport = Viewport(window.engine)
+
+
+def test_where_nothing_takes_the_noise_out_it_is_told(window: Window, monkeypatch: pytest.MonkeyPatch) -> None:
+    def missing(*_: object) -> None:
+        raise denoise.DenoiseError('no library today')
+
+    monkeypatch.setattr(denoise, 'denoised', missing)
+    bpy.context.scene.cycles.use_preview_denoising = True
+    window.update()
+    window.settle()
+    assert window.said == 'Rendering Done' and window.engine.words[-1][0].startswith('Not denoised: no library today')
+    assert window.pictures[-1][0][..., :3].max() > 0.1
 
 
 def test_what_is_left_out_is_told(window: Window) -> None:

@@ -239,7 +239,8 @@ class Viewport:
         """The newest picture: a clean one, from the first of these on."""
         how, start = self._shown[3:]
         if picture is not None:
-            if how is not None and picture.divisor == self._shown[2] and picture.samples >= start:
+            wanted = how is not None and picture.divisor == self._shown[2] and picture.samples >= start
+            if wanted and not self._denoiser.error:
                 self._denoiser.offer(picture, how)
             if not self._clean:
                 self._load(picture, size)
@@ -273,11 +274,13 @@ class Viewport:
         if progression.coarse:
             samples, fraction = 0, 0.0
         total = self._settings.samples
-        if not progression.working:
-            return f'Time: {duration(self._rested)}', 'Rendering Done'
         elapsed = time.perf_counter() - self._began
         lost = self._lost is not None and self._settings.device == 'CPU'
         notes = [self._lost[1]] if lost else []
+        if self._denoiser.error and self._denoising is not None:
+            notes.append(f'Not denoised: {self._denoiser.error}')
+        if not progression.working:
+            return ' | '.join([*notes, f'Time: {duration(self._rested)}']), 'Rendering Done'
         words = [*notes, f'Time: {duration(elapsed)}']
         if total == preview.SAMPLES_MAX:
             return ' | '.join(words), f'Sample {samples}'
