@@ -253,15 +253,22 @@ def test_images_are_kept_until_one_changes(watched: Watched, tmp_path: Path) -> 
     assert watched.read == ['of A'] and found.images[0].pixels[0, 0, 0] == 255
 
 
-def test_pixels_in_blender_are_read_each_time(watched: Watched) -> None:
-    """They may be painted on without a word."""
-    material = bpy.data.materials['of A']
+def test_pixels_in_blender_are_read_each_time(watched: Watched, tmp_path: Path) -> None:
+    """They may be painted on without a word; what is in files is not decoded again for it."""
+    textured(tmp_path / 'image.png')
+    material = bpy.data.materials['of B']
     node = material.node_tree.nodes.new('ShaderNodeTexImage')
     node.image = bpy.data.images.new('Painted', 2, 2)
     material.node_tree.links.new(node.outputs['Color'], compat.principled(material).inputs['Base Color'])
-    watched.export()
-    node.image.pixels = [1.0] * 16
-    assert watched.export().images[0].pixels.min() == 255
+    before = {image.name: image for image in watched.export().images}
+    for value in (255, 0):
+        node.image.pixels = [value / 255.0] * 16
+        found = {image.name: image for image in watched.export().images}
+        assert found.keys() == before.keys() and len(found) == 2
+        assert found['Painted'].pixels.min() == found['Painted'].pixels.max() == value
+        assert found['image.png'] is before['image.png']
+    # A shader that is read has the numbers that the table has now.
+    assert contents(watched.last) == contents(exported(bpy.context.scene))
 
 
 def test_a_sequence_is_read_each_time(watched: Watched, tmp_path: Path) -> None:

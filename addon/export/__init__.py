@@ -57,10 +57,11 @@ def export_scene(
     failed: dict[tuple, str] = {}
     try:
         while True:
-            images = kept.images and kept.images.for_next(log, engine_scene.frame_current, executor)
-            if images is None:
-                kept.forget_images()
-                images = kept.images = ImageTable(log, engine_scene.frame_current, executor, failed)
+            known, frame = kept.images, engine_scene.frame_current
+            images = known.for_next(log, frame, executor) if known else ImageTable(log, frame, executor, failed)
+            if images is not known:
+                kept.forget_images()  # shaders have numbers of images
+                kept.images = images
             found = _export(depsgraph, engine_scene, view_layer, images, space, kept)
             if images.finish():
                 return replace(found, images=tuple(images.images))

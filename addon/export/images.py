@@ -111,13 +111,18 @@ class ImageTable:
             self._by_content[key] = Loaded(len(self.images) - 1, False)
         return self._by_content[key].index
 
-    def for_next(self, log: Log, frame: int, executor: Executor | None = None) -> ImageTable | None:
-        """The same images for another export, to which they keep their numbers; None where some may be others now.
+    def for_next(self, log: Log, frame: int, executor: Executor | None = None) -> ImageTable:
+        """The table for another export: this one, where images keep their numbers; else one with those of files.
 
         Blender's own pixels may be painted on without a word.
         """
         if any(key[0] == 'blender' for key in self._by_content):
-            return None
+            table = ImageTable(log, frame, executor, self.failed)
+            for key, found in self._by_content.items():
+                if key[0] != 'blender':
+                    table.images.append(self.images[found.index])
+                    table._by_content[key] = replace(found, index=len(table.images) - 1)
+            return table
         self.log, self.frame, self.executor = log, frame, executor
         self._by_user.clear()  # its keys are Blender's objects
         return self
