@@ -53,7 +53,6 @@ class Progression:
         self._session: Any = None  # one after the other is restarted: what is on a graphics card stays there
         self._of: Any = None  # the scene that it is of
         self._working = False
-        self._began = 0.0
         self._divisors: list[int] = []  # of the sessions that are still to come
         self._divisor = 1
         self._shown_samples = 0
@@ -169,8 +168,7 @@ class Progression:
         last = not self._divisors
         settings = self._settings if last else replace(self._settings, samples=1)
         self._divisor, self._shown_samples = divisor, 0
-        self._began = time.perf_counter()
-        self._next_picture, self._pause = self._began, PICTURE_SECONDS
+        self._next_picture, self._pause = time.perf_counter(), PICTURE_SECONDS
         try:
             if self._session is None or self._of is not self._scene:
                 self._session, self._of = None, self._scene
@@ -185,7 +183,7 @@ class Progression:
 
     def _learn(self) -> None:
         width, height = coarser(self._camera, self._divisor).region[2:]
-        spent = (time.perf_counter() - self._began) / (width * height)
+        spent = self._session.stats()['render_seconds'] / (width * height)
         known = self._seconds_per_pixel
         self._seconds_per_pixel = spent if known == 0.0 else SPEED_KEPT * known + (1.0 - SPEED_KEPT) * spent
 
