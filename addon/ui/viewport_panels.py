@@ -87,7 +87,7 @@ def draw_pause(self, context):
         return
     found = len(stats.of_viewports(context.scene.name))
     if found:
-        self.layout.label(text=f'{found} in Render Properties > Warnings', icon='ERROR')
+        self.layout.label(text=f'Warnings: {found}', icon='ERROR')
     owner, name = cycles_settings.source(context.scene, 'preview_pause')
     self.layout.prop(owner, name, icon='PLAY' if getattr(owner, name) else 'PAUSE', text='')
 
