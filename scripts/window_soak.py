@@ -532,8 +532,8 @@ class Run:
         try:
             OPERATIONS[name][1]()
             self.done[name] += 1
-            if chance.random() < 0.5:
-                push(name)
+            # As what users do is: undoing what was never noted crashes Blender 5.2.2, whoever's viewport it is.
+            push(name)
         except (RuntimeError, ReferenceError, AttributeError, TypeError) as error:
             # Operators may refuse where they are called; what Cotorra raises is in Blender's log.
             self.refused[name] += 1
