@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import threading
 from dataclasses import replace
+from pathlib import Path
 from types import ModuleType, SimpleNamespace
 
 import bpy
@@ -15,6 +16,7 @@ import numpy as np
 import pytest
 from cotorra import denoise, native, settings, stats
 from cotorra.export.buffers import RenderSettings
+from cotorra.export.studio import Studio
 from cotorra.log import Log
 from cotorra.ui import warnings_panel
 from cotorra.viewport.viewport import Viewport
@@ -257,9 +259,6 @@ def test_what_is_left_out_is_told(window: Window) -> None:
     said = set(stats.of_viewports(scene.name)) - set(before)
     assert said == {'Object "Quad": holdout is not supported yet: it is rendered as an ordinary object'}
     assert said <= set(warnings_panel.problems(scene))
-    window.space.shading.use_scene_world_render = False
-    window.draw()
-    assert any('studio light' in text for text in stats.of_viewports(scene.name))
 
 
 def test_noise_is_taken_out_from_a_sample_on(window: Window) -> None:
@@ -339,3 +338,32 @@ def test_a_card_keeps_the_scene_where_the_view_moves(window: Window, module: Mod
     assert session.stats()['device'] != 'CPU'
     assert np.abs(window.pictures[-1][0] - final(scene)).mean() < 1e-3
     assert np.abs(window.pictures[-1][0] - expected).mean() > 1e-2
+
+
+def test_studio_light_takes_the_place_of_the_world(window: Window, tmp_path: Path, monkeypatch) -> None:
+    """An image of one color lights by it, and is seen as far as its opacity says."""
+    image = bpy.data.images.new('Studio', 8, 4, float_buffer=True, is_data=True)
+    image.pixels = [0.5, 0.25, 0.125, 1.0] * 32
+    image.filepath_raw, image.file_format = str(tmp_path / 'studio.exr'), 'OPEN_EXR'
+    image.save()
+    scene = bpy.context.scene
+    scene.world = bpy.data.worlds.new('World')
+    scene.world.color = (0.0, 0.0, 1.0)
+    bpy.data.objects['Quad'].scale = (0.3, 0.3, 0.3)
+    bpy.data.objects['Point'].hide_viewport = True
+    bpy.context.view_layer.update()
+    chosen = Studio(str(tmp_path / 'studio.exr'), 1.0, 2.0, 0.25)
+    for user in ('export.studio', 'viewport.viewport'):
+        monkeypatch.setattr(f'cotorra.{user}.read_studio', lambda _space: chosen)
+    window.update()
+    window.settle()
+    picture = window.pictures[-1][0][..., :3]
+    seen = 0.25 * 2.0 * np.array((0.5, 0.25, 0.125)) + 0.75 * np.array((0.0, 0.0, 1.0))
+    assert picture[0, 0] == pytest.approx(seen, rel=1e-3)
+    lit = picture[SIZE[1] // 2, SIZE[0] // 2]
+    assert lit[0] == pytest.approx(2.0 * lit[1], rel=0.02) and lit[1] == pytest.approx(2.0 * lit[2], rel=0.02)
+    assert 0.5 < lit[0] < 1.0  # of 1.0 that arrives a new material reflects 0.8 or so
+    chosen = Studio(str(tmp_path / 'none.exr'), 0.0, 1.0, 0.0)
+    window.settle()  # Blender tells nobody that another was chosen
+    assert window.pictures[-1][0][0, 0, :3] == pytest.approx((0.0, 0.0, 1.0))
+    assert any(text.startswith('Studio light: image "none.exr"') for text in stats.of_viewports(scene.name))

@@ -16,7 +16,7 @@ import numpy as np
 from .. import cycles_settings
 from ..log import Log
 from ..sync.kept import Kept
-from . import camera, instance_info, instances, layers, lights, materials, shapes, world
+from . import camera, instance_info, instances, layers, lights, materials, shapes, studio, world
 from .buffers import I32, Camera, SceneBuffers
 from .images import ImageTable
 from .nodes import Trees
@@ -123,7 +123,7 @@ def _export(
             found.append(shapes.read_shape(group, visibility, group_of_lights, view_layer.material_override, table))
 
     # The arrays.
-    background = world.read_world(engine_scene, view_layer, light_groups, log, shaders)
+    background = world.read_world(engine_scene, view_layer, light_groups, log, shaders, studio.read_studio(space))
     needed = layers.plan(found, shaders.drafts, [row.shader for row in table.rows])
     meshes = shapes.read_meshes(found, needed, log, kept)
     shown, shape_of = _members(walk.group_of, shape_of_group)

@@ -87,6 +87,23 @@ class ImageTable:
             self.log.warning(note)
         return good
 
+    def load_file(self, path: str) -> Loaded | str:
+        """An image that no block of data is of, linear Rec.709; or why it cannot be read."""
+        name = os.path.basename(path)
+        self.uses.add('FILE')
+        if not path:
+            return 'there is no image'
+        coding = Coding(REC709, False, 'STRAIGHT')
+        key = ('file', path, coding)
+        try:
+            if key in self.failed:
+                raise ImageError(self.failed[key])
+            if key not in self._by_content:
+                self._by_content[key] = self._add(key, name, None, lambda: image_files.open_file(path), coding)
+        except ImageError as error:
+            return f'image "{name}" {error}'
+        return self._by_content[key]
+
     def missing(self) -> int:
         """The index of an image of one pixel, which shows what Cycles shows where there is none."""
         key = ('missing',)
@@ -143,7 +160,7 @@ class ImageTable:
             if key not in self._by_content:
                 if key in self.failed:
                     raise ImageError(self.failed[key])
-                self._by_content[key] = self._add(key, image, source, coding)
+                self._by_content[key] = self._add(key, image.name, image, source, coding)
         except ImageError as error:
             return f'image "{image.name}" {error}'
         return self._by_content[key]
@@ -180,12 +197,13 @@ class ImageTable:
     def _add(
         self,
         key: tuple,
-        image: bpy.types.Image,
+        name: str,
+        image: bpy.types.Image | None,
         source: Callable[[], image_files.OpenImage] | None,
         coding: Coding,
     ) -> Loaded:
         """A place in the table, which its pixels fill at once or in `finish`."""
-        name, target = image.name, self.working_space
+        target = self.working_space
         config = color_config()
         if source is None:
             pixels = _read_blender(image)

@@ -40,11 +40,15 @@ class ShaderTable:
         self.log.checkpoint()
         distance = shader.occlusion_distance(self.scene)
         found = self.kept.shader(owner, distance, self.log) or self._read(owner, distance, warn)
-        key = found.draft.key
+        return self.add(found.draft, found.suns)
+
+    def add(self, draft: shader.Draft, suns: list[tuple[float, float, float, float]]) -> int:
+        """The number of a shader that was read."""
+        key = draft.key
         if key not in self._index:
             self._index[key] = len(self.drafts)
-            self.drafts.append(found.draft)
-            self.suns[self._index[key]] = found.suns
+            self.drafts.append(draft)
+            self.suns[self._index[key]] = suns
         return self._index[key]
 
     def _read(

@@ -20,6 +20,7 @@ from .buffers import (
     World,
 )
 from .shaders import ShaderTable
+from .studio import Studio, studio_shader
 
 NO_SUN = (0.0, 0.0, 1.0, 0.0)
 MAX_BOUNCES = 1024
@@ -39,9 +40,17 @@ def read_world(
     groups: dict[str, int],
     log: Log,
     shaders: ShaderTable,
+    studio: Studio | None = None,
 ) -> World:
-    """The world of a view layer; black where there is none or the layer leaves it out ('Environment' in its filter)."""
+    """The world of a view layer; black where there is none or the layer leaves it out ('Environment' in its filter).
+
+    studio: what a viewport shows instead.
+    """
     world = getattr(view_layer, 'world_override', None) or scene.world  # 5.x can override it
+    if studio is not None:
+        color = tuple(world.color) if world is not None else (0.0, 0.0, 0.0)
+        draft = studio_shader(studio, color, shaders.images, lambda text: log.warning(f'Studio light: {text}'))
+        return World((1.0, 1.0, 1.0), shader=shaders.add(draft, []), name='studio light')
     if world is None or not view_layer.use_sky:
         return World()
     cycles_settings.warn_world(world, scene, log)

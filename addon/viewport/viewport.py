@@ -18,6 +18,7 @@ import bpy
 from .. import export, native, settings, stats, watch
 from ..denoise import Denoising
 from ..export.buffers import Camera, RenderSettings, SceneBuffers
+from ..export.studio import read_studio
 from ..log import Log, spelled
 from ..reporter import duration
 from ..sync import changes, stores
@@ -134,8 +135,6 @@ class Viewport:
         buffers = export.export_scene(depsgraph, scene, layer, log, context.space_data, store.kept)
         found = self._wanted(scene, layer, preview.shown_pass(context.space_data), log)
         settings.warn_left_out(scene, layer, log)
-        if not context.space_data.shading.use_scene_world_render:
-            log.warning("Viewport: studio light is not supported yet: the scene's world is shown")
         stats.note_viewport(id(self), depsgraph.scene.name, log.texts('WARNING'))
         errors = log.texts('ERROR')
         if errors:
@@ -322,9 +321,9 @@ def _card(settings: RenderSettings) -> tuple:
 
 
 def _filters(space: bpy.types.SpaceView3D) -> tuple:
-    """What decides which objects a viewport shows, beside the scene."""
+    """What decides what a viewport shows, beside the scene."""
     local = space.local_view is not None, space.use_local_collections
-    return *local, space.shading.use_scene_lights_render, space.shading.use_scene_world_render
+    return *local, space.shading.use_scene_lights_render, read_studio(space)
 
 
 def _of_device(failure: Exception) -> bool:
