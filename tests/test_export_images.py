@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import threading
 from pathlib import Path
+from types import SimpleNamespace
 
 import bpy
 import numpy as np
@@ -15,7 +16,8 @@ import OpenImageIO as oiio
 import pytest
 from cotorra.export import image_files
 from cotorra.export.buffers import SceneBuffers
-from cotorra.export.images import image_path, sequence_frame
+from cotorra.export.images import ImageTable, image_path, sequence_frame
+from cotorra.log import Log
 
 from scenes import build
 from scenes.materials import constants
@@ -357,3 +359,22 @@ def test_damaged_jpeg_is_shown_as_far_as_it_goes(tmp_path: Path) -> None:
     buffers, [warning] = shown(image)
     assert lookups(buffers)[0].image == 0 and buffers.images[0].pixels.shape == (64, 64, 3)
     assert warning.startswith('Image "image.jpg" is damaged (')
+
+
+def test_a_blender_without_openimageio_shows_its_own_pixels(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Distributions' may have none: files are then read by Blender, and what cannot be is named."""
+    monkeypatch.setattr(image_files, 'available', lambda: False)
+    build.new_scene()
+    image = bpy.data.images.new('Saved', 2, 2)
+    image.pixels = [0.2, 0.4, 0.6, 1.0] * 4
+    image.filepath_raw, image.file_format = str(tmp_path / 'saved.png'), 'PNG'
+    image.save()
+    loaded = bpy.data.images.load(str(tmp_path / 'saved.png'))
+    log = Log()
+    table = ImageTable(log, 1)
+    user = SimpleNamespace()
+    found = table.load(loaded, user)
+    assert not isinstance(found, str), found
+    assert (table.images[found.index].pixels == np.array((51, 102, 153, 255), np.uint8)).all()
+    missing = table.load_file(str(tmp_path / 'saved.png'))
+    assert missing == 'image "saved.png" cannot be read: this Blender has no OpenImageIO'

@@ -6,9 +6,11 @@ What their numbers mean is told in pixels.py.
 
 from __future__ import annotations
 
+import importlib.util
 import os
 import tempfile
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -59,8 +61,16 @@ class OpenImage:
         return first_line(text).replace(self.path, self.shown.strip('"'))
 
 
+@cache
+def available() -> bool:
+    """Whether there is an OpenImageIO: Blender's own builds bring it, those of distributions may not."""
+    return importlib.util.find_spec('OpenImageIO') is not None
+
+
 def open_file(path: str, shown: str = '', folder: tempfile.TemporaryDirectory | None = None) -> OpenImage:
     """Read the head of a file; raises ImageError where it is none. shown: instead of the path in messages."""
+    if not available():
+        raise ImageError('cannot be read: this Blender has no OpenImageIO')
     import OpenImageIO as oiio  # late: a scene without images does without it
 
     shown = shown or f'"{path}"'

@@ -176,7 +176,7 @@ class ImageTable:
             self.log.warning(f'Image "{image.name}": movies are not supported yet: one frame is shown')
         elif image.source == 'TILED' and tile == 0:
             self.log.warning(f'Image "{image.name}": UDIM tiles are not supported yet: the first is shown')
-        if is_blenders(image) and tile in (0, first_tile(image)):
+        if (is_blenders(image) or not image_files.available()) and tile in (0, first_tile(image)):
             return ('blender', image), None
         packed = image.packed_file if image.source != 'SEQUENCE' else None
         if tile:

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from . import image_files
 from .buffers import Image
 from .image_files import first_line
 
@@ -76,6 +77,8 @@ def convert_colors(pixels: NDArray, space: str, target: str, multiplied: bool, c
 
     multiplied: whether they are multiplied by alpha; config: the file of OpenColorIO that knows both spaces.
     """
+    if not image_files.available():
+        return 'this Blender has no OpenImageIO'
     import OpenImageIO as oiio
 
     most = np.iinfo(pixels.dtype).max if pixels.dtype.kind == 'u' else 1.0
