@@ -15,11 +15,11 @@ import numpy as np
 
 import kernel_source as kernels
 from native_build import BUILD, build
+from spirv_calls import specialized
 from vulkan import Buffer, Runner
 
 COUNT = 16384
 ALL_FEATURES = 0xFFFFFFFF
-FEATURES_CONSTANT = 0  # the constant_id of KERNEL_FEATURES
 Draw = Callable[[np.random.Generator, int], np.ndarray]
 
 
@@ -205,7 +205,11 @@ def run_cpu(library: ctypes.CDLL, case: Case, inputs: np.ndarray, scene: Scene) 
 
 
 def run_vulkan(runner: Runner, case: Case, inputs: np.ndarray, scene: Scene, features: int) -> np.ndarray:
-    """The outputs of a case on the Vulkan device; the features are a specialization constant of its shader."""
+    """The outputs of a case on the Vulkan device; the features are a specialization constant of its shader.
+
+    It is set, and functions that nothing calls are taken out, before the driver sees the shader, as the device does it
+    with its stages: of a row that calls one function of all headers, that is most.
+    """
     kept: list[Buffer] = []
 
     def put(array: np.ndarray) -> int:
@@ -217,12 +221,8 @@ def run_vulkan(runner: Runner, case: Case, inputs: np.ndarray, scene: Scene, fea
     output_address = put(np.zeros(len(inputs), dtype))
     output = kept[-1]
     spirv = kernels.compile_glsl(f'case_{case.name}', glsl(case))
-    runner.run(
-        spirv,
-        [input_address, output_address, scene.place(put, len(inputs))],
-        len(inputs),
-        {FEATURES_CONSTANT: features},
-    )
+    code = specialized(np.fromfile(spirv, np.uint32), features)
+    runner.run(case.name, code, [input_address, output_address, scene.place(put, len(inputs))], len(inputs))
     return output.data.view(dtype).copy()
 
 

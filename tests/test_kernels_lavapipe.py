@@ -29,6 +29,8 @@ from kernel_inputs import scene
 from kernel_parity import ALL_FEATURES, Case, build_cpu, differences, run_cpu, run_vulkan
 from vulkan import Runner
 
+pytestmark = pytest.mark.early
+
 CASES = [
     *kernel_cases.CASES,
     *kernel_cases_bvh.CASES,

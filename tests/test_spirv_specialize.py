@@ -6,7 +6,6 @@ That pictures are the CPU's is test_vulkan_device.py's.
 
 from __future__ import annotations
 
-import ctypes
 from pathlib import Path
 
 import numpy as np
@@ -14,7 +13,8 @@ import pytest
 
 import kernel_source as kernels
 import vulkan
-from native_build import BUILD, build
+from native_build import BUILD
+from spirv_calls import specialized
 
 STAGES = ('trace', 'shade', 'light', 'shadow', 'bounce')
 
@@ -70,25 +70,6 @@ void main() {
 """
 
 
-@pytest.fixture(scope='module')
-def library() -> ctypes.CDLL:
-    made = build('spirv_specialize', ['tests/native/spirv_specialize_calls.cpp', 'native/spirv_specialize.cpp'])
-    made.specialize.restype = ctypes.c_size_t
-    made.specialize_error.restype = ctypes.c_char_p
-    return made
-
-
-def specialized(library: ctypes.CDLL, code: np.ndarray, *constants: int) -> np.ndarray:
-    """The module with its constants set. Raises RuntimeError with what native code says."""
-    values, out = np.array(constants, np.uint32), np.zeros(max(len(code), 1), np.uint32)
-    pointers = [array.ctypes.data_as(ctypes.c_void_p) for array in (code, values, out)]
-    size = ctypes.c_size_t
-    length = library.specialize(pointers[0], size(len(code)), pointers[1], size(len(values)), pointers[2])
-    if length == 0:
-        raise RuntimeError(library.specialize_error().decode())
-    return out[:length]
-
-
 def stage(name: str) -> np.ndarray:
     """The SPIR-V of a stage, as the build has it."""
     spirv = BUILD / 'spirv' / f'stage_{name}.spv'
@@ -111,7 +92,7 @@ def validate(code: np.ndarray, target: Path) -> None:
 
 
 @pytest.mark.parametrize('name', STAGES)
-def test_stages_stay_valid(library: ctypes.CDLL, name: str, tmp_path: Path) -> None:
+def test_stages_stay_valid(name: str, tmp_path: Path) -> None:
     code, known = stage(name), kernels.constants()
     random = np.random.default_rng(len(name))
     features, groups = (
@@ -121,32 +102,33 @@ def test_stages_stay_valid(library: ctypes.CDLL, name: str, tmp_path: Path) -> N
     some = [sum(value for value in values if random.random() < 0.5) for values in (features, groups)]
     sizes = {}
     for choice in ((0, 0, 0), everything, (*some, 0xFF)):
-        made = specialized(library, code, *choice)
+        made = specialized(code, *choice)
         validate(made, tmp_path / 'made.spv')
         sizes[choice] = len(made)
     if name in ('trace', 'shade', 'shadow'):  # most of these is programs and lobes
         assert sizes[0, 0, 0] < 0.3 * sizes[everything]
 
 
-def test_results_are_those_of_the_driver(library: ctypes.CDLL, lavapipe: vulkan.Runner, tmp_path: Path) -> None:
+def test_results_are_those_of_the_driver(lavapipe: vulkan.Runner, tmp_path: Path) -> None:
     spirv = kernels.compile_glsl('specialize_constructs', CONSTRUCTS)
     count = 64
     for first, second in [(0, 0), (31, 7), *np.random.default_rng(1).integers(0, (32, 8), (30, 2)).tolist()]:
         pictures = []
-        made = tmp_path / 'made.spv'
-        validate(specialized(library, np.fromfile(spirv, np.uint32), first, second), made)
-        for path, constants in ((spirv, {0: first, 1: second}), (made, None)):
+        code = np.fromfile(spirv, np.uint32)
+        made = specialized(code, first, second)
+        validate(made, tmp_path / 'made.spv')
+        for module, constants in ((code, {0: first, 1: second}), (made, None)):
             numbers = lavapipe.upload(np.zeros(count, np.uint32))
-            lavapipe.run(path, [numbers.address], count, constants)
+            lavapipe.run('constructs', module, [numbers.address], count, constants)
             pictures.append(numbers.data.view(np.uint32).copy())
         assert (pictures[0] == pictures[1]).all(), f'constants {first} and {second}'
 
 
-def test_what_is_no_module_is_named(library: ctypes.CDLL) -> None:
+def test_what_is_no_module_is_named() -> None:
     code = stage('bounce')
     with pytest.raises(RuntimeError, match=r'no SPIR-V'):
-        specialized(library, np.arange(9, dtype=np.uint32), 0, 0, 0)
+        specialized(np.arange(9, dtype=np.uint32), 0, 0, 0)
     with pytest.raises(RuntimeError, match='ends too soon'):
-        specialized(library, code[:8], 0, 0, 0)
+        specialized(code[:8], 0, 0, 0)
     with pytest.raises(RuntimeError, match='no value for constant'):
-        specialized(library, code)
+        specialized(code)

@@ -18,7 +18,9 @@ import numpy as np
 
 from native_build import build
 
-_ENVIRONMENT = ('VK_DRIVER_FILES', 'VK_ICD_FILENAMES')
+_DRIVER = ('VK_DRIVER_FILES', 'VK_ICD_FILENAMES')
+# lavapipe takes longer to optimise a stage than to run it for the few pixels of a test.
+_UNOPTIMIZED = {'GALLIVM_PERF': 'nopt'}
 
 
 def lavapipe_driver() -> Path | None:
@@ -39,8 +41,9 @@ def lavapipe_driver() -> Path | None:
 @contextmanager
 def only(driver: Path) -> Iterator[None]:
     """The loader reads these variables when the instance is made; older loaders know the second name only."""
-    saved = {name: os.environ.get(name) for name in _ENVIRONMENT}
-    os.environ.update(dict.fromkeys(_ENVIRONMENT, str(driver)))
+    wanted = dict.fromkeys(_DRIVER, str(driver)) | _UNOPTIMIZED
+    saved = {name: os.environ.get(name) for name in wanted}
+    os.environ.update(wanted)
     try:
         yield
     finally:
@@ -110,9 +113,21 @@ class Runner:
         buffer.data[:] = np.ascontiguousarray(array).reshape(-1).view(np.uint8)
         return buffer
 
-    def run(self, spirv: Path, addresses: Sequence[int], count: int, constants: dict[int, int] | None = None) -> None:
-        """Runs the shader over `count` work items in groups of 64; push constants are the addresses, then the count."""
-        code = np.fromfile(spirv, np.uint32)
+    def run(
+        self,
+        name: str,
+        code: np.ndarray,
+        addresses: Sequence[int],
+        count: int,
+        constants: dict[int, int] | None = None,
+    ) -> None:
+        """Runs a shader over `count` work items in groups of 64; push constants are the addresses, then the count.
+
+        code:      the words of its SPIR-V module.
+        constants: values of its specialization constants by their number.
+
+        Raises VulkanError with the name.
+        """
         push = np.concatenate([np.array([*addresses, count], np.uint64)])
         values = np.array(list((constants or {}).items()), np.uint32).reshape(-1, 2)
         library = _library()
@@ -126,7 +141,7 @@ class Runner:
             push.nbytes,
             -(-count // 64),
         ):
-            raise VulkanError(f'{spirv.stem}: {library.runner_error().decode()}')
+            raise VulkanError(f'{name}: {library.runner_error().decode()}')
 
 
 @cache
