@@ -18,6 +18,8 @@ FN float sqr(float a) { return a * a; }
 FN float max_component(vec3 a) { return max(a.x, max(a.y, a.z)); }
 FN float luminance(vec3 rgb) { return dot(rgb, vec3(0.2126f, 0.7152f, 0.0722f)); }
 FN bool is_black(vec3 a) { return max_component(abs(a)) == 0.0f; }
+// Some light, be it below 0 as Blender allows it; none where a part is no number.
+FN bool carries_light(vec3 a) { return abs(a.x) + abs(a.y) + abs(a.z) > 0.0f; }
 
 // 1 - cos(theta) from sin(theta)^2, without the cancellation near 0.
 FN float one_minus_cos_from_sin2(float sin2) {

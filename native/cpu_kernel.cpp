@@ -238,7 +238,7 @@ class Renderer {
       if (FEATURE(FEATURE_HEALTH) && bad_light(contribution, INFINITE_DISTANCE) != BAD_KINDS) {
         note_lit(tracer_, i, b_.slot[i], contribution, index);
       }
-      if (!(max_component(contribution) > 0.0f)) continue;
+      if (!carries_light(contribution)) continue;
       vec3 origin = b_.light.origin.get(i);
       if (scene_.starts_at_point != 0u) origin = surface_start(scene_, b_.surface[i], b_.light.wi.get(i));
       if (b_.light.lift[i] > 0.0f) {

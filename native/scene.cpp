@@ -400,7 +400,8 @@ void Scene::prepare_features() {
     lobes |= compiled_[static_cast<std::size_t>(shader)].asks_lobes;
     lets_light_through_ |= compiled_[static_cast<std::size_t>(shader)].transmits;
   }
-  const bool world = max(max(data_.world.x, data_.world.y), data_.world.z) > 0.0f || data_.world_program.end != 0;
+  const vec3 w = data_.world;
+  const bool world = w.x != 0.0f || w.y != 0.0f || w.z != 0.0f || data_.world_program.end != 0;
   if (soft) features_ |= FEATURE_SOFT_LIGHTS;
   if (area) features_ |= FEATURE_AREA_LIGHTS;
   if (!light_shapes_.empty()) features_ |= FEATURE_LIGHT_SHAPES;

@@ -402,7 +402,7 @@ void Scene::estimate_emission(const MaterialsInput &in) {
 
 void set_emission_flags(Material &m, uint sampled) {
   m.flags &= ~(MATERIAL_EMISSIVE | MATERIAL_SAMPLED);
-  if (!(max(max(m.emission.x, m.emission.y), m.emission.z) > 0.0f)) return;
+  if (!carries_light(m.emission)) return;
   m.flags |= MATERIAL_EMISSIVE;
   // Triangles are picked by luminance, which colours with negative parts may lack.
   const float luminance = dot(m.emission, vec3(0.2126f, 0.7152f, 0.0722f));

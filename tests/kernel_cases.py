@@ -93,9 +93,10 @@ MATH = [
     ),
     Case(
         'math_colors',
-        'a = max_component(rgb); b = luminance(rgb); c = select(is_black(rgb * gate), 1u, 0u);',
-        {'rgb': COLOR, 'gate': ('float', choices(0.0, 1.0))},
-        {'a': 'float', 'b': 'float', 'c': 'uint'},
+        'a = max_component(rgb); b = luminance(rgb); c = select(is_black(rgb * gate), 1u, 0u);'
+        'd = select(carries_light(rgb * gate), 1u, 0u);',
+        {'rgb': COLOR, 'gate': ('float', choices(0.0, 1.0, -1.0))},
+        {'a': 'float', 'b': 'float', 'c': 'uint', 'd': 'uint'},
     ),
     Case(
         'math_vectors',

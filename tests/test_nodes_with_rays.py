@@ -198,6 +198,22 @@ def path_says(output: str) -> Surface:
     return made
 
 
+def dimmed(value: Surface, strength: float = -0.1) -> Surface:
+    """Diffuse that takes light away, but not all of it."""
+
+    def made(tree: Tree) -> Socket:
+        both = node(tree, 'AddShader')
+        tree.links.new(node(tree, 'BsdfDiffuse').outputs[0], both.inputs[0])
+        tree.links.new(bright(value, strength)(tree), both.inputs[1])
+        return both.outputs[0]
+
+    return made
+
+
+def noise(tree: Tree) -> Socket:
+    return node(tree, 'TexNoise').outputs[0]
+
+
 def bright(value: Surface, strength: float = 3.0) -> Surface:
     """An emission so strong that it lights what is around."""
 
@@ -218,6 +234,7 @@ ROOFS: dict[str, Surface] = {
     'depth emits': bright(path_says('Ray Depth')),
     'camera rays see it emit': bright(path_says('Is Camera Ray')),
     'occlusion emits': bright(occlusion()),
+    'takes light away': dimmed(noise),
 }
 
 

@@ -74,7 +74,7 @@ FN bool light_shadow_ray(IN(SceneData) scene, IN(Light) light, IN(Surface) s, ui
   ray.group = light.group;
   ray.visibility = select((light.flags & LIGHT_CAST_SHADOW) != 0u, VISIBLE_SHADOW, 0u);
   ray.origin = s.p;
-  if (bounce > light.max_bounces || !(max_component(contribution) > 0.0f)) return false;
+  if (bounce > light.max_bounces || !carries_light(contribution)) return false;
   ray.origin = shadow_ray_origin(scene, s, wi);
   return true;
 }
@@ -111,17 +111,17 @@ FN float light_bound(IN(SceneData) scene, uint index, IN(Surface) s, bool both_s
   if (light.type == LIGHT_SUN) {
     const float size = select(light.radius > 0.0f, 2.0f * PI * light.radius, 1.0f);
     const float c = -dot(s.n, light.axis);
-    return luminance(light.radiance) * size * max((both_sides ? abs(c) : c) + sqrt(2.0f * light.radius), 0.0f);
+    return luminance(abs(light.radiance)) * size * max((both_sides ? abs(c) : c) + sqrt(2.0f * light.radius), 0.0f);
   }
   float d;
   const vec3 wi = safe_normalize(light.position - s.p, d);
   if (FEATURE(FEATURE_AREA_LIGHTS) && light.type == LIGHT_AREA) {
     const float facing = both_sides ? abs(dot(s.n, wi)) : max(dot(s.n, wi), 0.0f);
     const float widest = min(facing + light.radius / max(d, 1e-6f), 1.0f);
-    return luminance(light.radiance) * area_light_importance(light, s.p) * widest;
+    return luminance(abs(light.radiance)) * area_light_importance(light, s.p) * widest;
   }
   const float r2 = light.radius * light.radius;
-  const float power = luminance(light.radiance) * select(light.radius > 0.0f, PI * r2, 1.0f);
+  const float power = luminance(abs(light.radiance)) * select(light.radius > 0.0f, PI * r2, 1.0f);
   // The widest cosine that the light's disk can show.
   const float c = dot(s.n, wi);
   const float cosine = min(max(both_sides ? abs(c) : c, 0.0f) + light.radius / max(d, 1e-6f), 1.0f);
@@ -221,7 +221,7 @@ FN bool path_sample_emitter(IN(SceneData) scene, IN(PathState) path, IN(Surface)
   ray.t_max = 0.0f;
   ray.origin = s.p;
   const bool self = e.instance == s.instance && e.triangle == s.triangle;
-  if (self || cos_light < 1e-8f || !(max_component(ray.contribution) > 0.0f)) return false;
+  if (self || cos_light < 1e-8f || !carries_light(ray.contribution)) return false;
   // 3. Aim from the lifted start at the point itself, and stop short of it.
   ray.origin = shadow_ray_origin(scene, smooth_surface(s, bsdf), wi);
   ray.direction = safe_normalize(q - ray.origin, d);
@@ -259,7 +259,7 @@ FN bool path_sample_world(IN(SceneData) scene, IN(PathState) path, IN(Surface) s
   if (path.bounce > scene.world_max_bounces || !(pdf > 0.0f) || !(max_component(f) > 0.0f)) return false;
   const vec3 radiance = world_radiance(scene, path_world_point(scene, path, lobe, wi));
   ray.contribution = path.throughput * f * radiance * (power_heuristic(pdf, bsdf_pdf) / pdf);
-  if (!(max_component(ray.contribution) > 0.0f)) return false;
+  if (!carries_light(ray.contribution)) return false;
   ray.origin = shadow_ray_origin(scene, smooth_surface(s, bsdf), wi);
   return true;
 }
