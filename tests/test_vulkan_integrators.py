@@ -123,6 +123,21 @@ def test_the_occluded_term_of_whitted(module: ModuleType, panes: bool) -> None:
     assert {'Whitted', 'ambient occlusion'} <= set(stats['features'])
 
 
+def test_the_shadow_behind_a_colored_pane(module: ModuleType) -> None:
+    """What it takes of each colour, the pass tells as luminance."""
+    scene = build.new_scene()
+    build.mesh_object(scene, 'Floor', vertices=[(-4, -4, 0), (4, -4, 0), (4, 4, 0), (-4, 4, 0)])
+    pane = build.mesh_object(scene, 'Pane', vertices=[(-1, -1, 1), (1, -1, 1), (1, 1, 1), (-1, 1, 1)])
+    glass = build.material()
+    pane.data.materials.append(glass)
+    clear = build.node(glass.node_tree, 'BsdfTransparent', Color=(0.9, 0.3, 0.1, 1.0))
+    build.connect(glass.node_tree, clear.outputs[0], build.output(glass.node_tree).inputs['Surface'])
+    build.light(scene, 'SUN', energy=2.0, color=(0.4, 1.0, 0.8)).rotation_euler = (0.6, 0.2, 0.0)
+    build.camera(scene).location = (0, 0, 6)
+    found, _ = same(job_of(module, scene, integrator='PATH', samples=8, passes=('combined', 'shadow')))
+    assert found['shadow'].min() < 0.5 < found['shadow'].max()
+
+
 # ---- Toon
 
 

@@ -32,10 +32,15 @@ void main() {
   }
   const vec3 kept = passage.kept;
   vec3 light = passage.light;
-  // What has a colour dims the light itself; the rest is the share that arrives.
-  const float arrived = max_component(kept);
+  // What has a colour dims the light itself; the rest is the share that arrives, of luminance, as the Shadow pass tells it
+  // (light that is below 0 in part may have none).
+  float arrived = max_component(kept);
+  if (arrived > 0.0f && min(kept.x, min(kept.y, kept.z)) < arrived) {
+    const float share = luminance(light * kept) / luminance(light);
+    if (share > 0.0f && share < 1.0f) arrived = share;
+    light = light * (kept * (1.0f / arrived));
+  }
   STORE(WAVE.shadow_t_max, place, arrived);
-  if (arrived > 0.0f && min(kept.x, min(kept.y, kept.z)) < arrived) light = light * (kept * (1.0f / arrived));
   // A pane is not a shadow: what it takes away is missing from the light that could arrive, too.
   if ((through_glass || FEATURE(FEATURE_PROGRAMS)) && arrived > 0.0f) STORE(WAVE.shadow_contribution, place, light);
 }
