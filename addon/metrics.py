@@ -231,7 +231,9 @@ def student_t(confidence: float, freedom: float) -> float:
 
 # ---- The same seeds with two settings.
 
-SIGMAS = 1.96  # of a normal distribution, on either side: 95 %
+# Of a normal distribution, on either side: 97 %. Of 200 pilots of box_room, whose pixels differ by a skewness of 9,
+# intervals with 1.96 (95 %) held the truth 179 times, with this 185 times, and those of a plain normal mean 166 times.
+SIGMAS = 2.2
 
 
 @dataclass(frozen=True, slots=True)
@@ -258,7 +260,7 @@ def paired_difference(a: NDArray[np.floating], b: NDArray[np.floating], mean: fl
 
     What noise the two share falls out with a - b = D. Of what is left, products of different seeds have no bias: with
     K independent D of a pixel, the mean of D_i D_j over i != j expects the square of their common mean (a U-statistic:
-    Hoeffding 1948). Its interval is that of a mean over pixels that stand for all of the picture's.
+    Hoeffding 1948). Its interval is that of a mean over pixels that stand for the whole picture's: `mean_interval`.
 
     Raises ValueError where the shapes are not alike, or the mean is not positive.
     """
@@ -269,9 +271,9 @@ def paired_difference(a: NDArray[np.floating], b: NDArray[np.floating], mean: fl
     count = len(d)
     products = (d.sum(axis=0) ** 2 - (d**2).sum(axis=0)) / (count * (count - 1))
     squares = products.mean(axis=1)
-    value, high = float(squares.mean()), upper_mean(squares)
-    low = 2.0 * value - high
-    return Paired(*(math.sqrt(max(part, 0.0)) for part in (value, low, high)), pixels=effective_number(squares))
+    low, high = mean_interval(squares)
+    parts = (float(squares.mean()), low, high)
+    return Paired(*(math.sqrt(max(part, 0.0)) for part in parts), pixels=effective_number(squares))
 
 
 def effective_number(values: NDArray[np.floating]) -> float:
@@ -280,11 +282,28 @@ def effective_number(values: NDArray[np.floating]) -> float:
     return float(np.abs(values).sum()) ** 2 / squares if squares > 0.0 else float(len(values))
 
 
-def upper_mean(values: NDArray[np.floating]) -> float:
-    """Upper end of the 95 % interval of the mean; infinite for a single value."""
-    if len(values) < 2:
-        return math.inf
-    return float(values.mean() + SIGMAS * values.std(ddof=1) / math.sqrt(len(values)))
+def mean_interval(values: NDArray[np.floating]) -> tuple[float, float]:
+    """About 95 % of the mean of skewed values; infinite for a single one.
+
+    Where a few values are far above all others, a mean that lacks some of them is low, and so is its deviation. Hall's
+    transformation takes the skewness out of the quotient of the two (Hall 1992, "On the removal of skewness by
+    transformation").
+    """
+    count, mean = len(values), float(np.mean(values))
+    if count < 2:
+        return -math.inf, math.inf
+    deviation = float(np.std(values, ddof=1))
+    if deviation == 0.0:
+        return mean, mean
+    skew = float((((values - mean) / deviation) ** 3).mean())
+
+    def quotient(z: float) -> float:
+        q = z / math.sqrt(count)
+        if abs(skew) < 1e-6:
+            return q
+        return 3.0 / skew * (math.cbrt(1.0 + skew * (q - skew / (6.0 * count))) - 1.0)
+
+    return mean - deviation * quotient(SIGMAS), mean - deviation * quotient(-SIGMAS)
 
 
 # ---- FLIP.

@@ -39,6 +39,11 @@ def switch(name: str, description: str, default: bool = False) -> BoolProperty:
     return BoolProperty(name=name, description=description, default=default, update=tag_scene)
 
 
+def auto_row(key: str) -> BoolProperty:
+    """The switch of something that integrator AUTO may simplify."""
+    return next(switch(name, text, True) for row, name, text in AUTO_ROWS if row == key)
+
+
 AS_CYCLES = "Until it is set, the scene's limit for Cycles holds"
 
 
@@ -69,7 +74,14 @@ class CotorraSceneSettings(bpy.types.PropertyGroup):
         precision=2,
         update=tag_scene,
     )
-    __annotations__ |= {f'use_auto_{key}': switch(name, text, True) for key, name, text in AUTO_ROWS}
+    use_auto_integrator: auto_row('integrator')
+    use_auto_bounces: auto_row('bounces')
+    use_auto_diffuse: auto_row('diffuse')
+    use_auto_glossy: auto_row('glossy')
+    use_auto_transmission: auto_row('transmission')
+    use_auto_transparent: auto_row('transparent')
+    use_auto_models: auto_row('models')
+    use_auto_sampling: auto_row('sampling')
 
     settings_from: EnumProperty(
         name='Settings',

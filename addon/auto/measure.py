@@ -17,7 +17,9 @@ from ..metrics import Paired, check_seeds, effective_number
 Pictures = NDArray[np.float64]
 
 # An estimate that is no surer than one of so few pixels is dominated by fireflies.
-FEW_PIXELS = 10.0
+FEW_PIXELS = 25.0
+# A slope is looked for only where an estimate is as sure as one of so many.
+MANY_PIXELS = 100.0
 # Edges converge with the power 1.5 of the samples, where these are stratified in two dimensions.
 STEEPEST = 1.5
 
@@ -93,7 +95,7 @@ def noise(pictures: Pictures, samples: int, mean: float, fewer: tuple[Pictures, 
 
 def slope(found: Noise, before: NDArray[np.float64], samples: int) -> float:
     """The power by which the variance fell from `before`, after fewer samples; 1 where that cannot be told."""
-    if samples >= found.samples or effective_number(before) < FEW_PIXELS or found.dominated:
+    if samples >= found.samples or min(effective_number(before), found.pixels) < MANY_PIXELS:
         return 1.0
     was, now = float(before.mean()), float(found.variance.mean())
     if not 0.0 < now < was:

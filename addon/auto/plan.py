@@ -12,7 +12,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from ..metrics import Paired, upper_mean
+from ..metrics import Paired, mean_interval
 from .measure import Noise, few
 
 # ---- What a pilot may cost
@@ -239,7 +239,7 @@ class Sampling:
     def error(self, noise: Noise) -> tuple[float, float]:
         """Root mean square of the noise that is left, share of the mean: estimate, and upper end of its interval."""
         left = noise.after(self.taken(noise))
-        return float(np.sqrt(left.mean())), float(np.sqrt(upper_mean(left)))
+        return float(np.sqrt(left.mean())), float(np.sqrt(mean_interval(left)[1]))
 
     def work(self, noise: Noise) -> float:
         """Samples of a pixel in the mean."""
