@@ -45,7 +45,7 @@ class COTORRA_RENDER_PT_auto(CotorraPanel, bpy.types.Panel):
             line = layout.row()
             line.prop(settings, f'use_auto_{key}')
             if key in rows:
-                line.label(text=f'{rows[key]["chosen"]} of {rows[key]["asked"]}', icon=mark(rows[key]))
+                line.label(text=told(rows[key]), icon='CHECKMARK' if rows[key]['simplified'] else 'BLANK1')
         for sentence in found.get('sentences', ()):
             wrapped(layout, context, sentence)
 
@@ -55,8 +55,9 @@ def last_auto(scene: bpy.types.Scene) -> dict:
     return next((entry.auto for entry in reversed(stats.last(scene.name)) if entry.auto), {})
 
 
-def mark(row: dict) -> str:
-    return 'CHECKMARK' if row['simplified'] else 'BLANK1'
+def told(row: dict) -> str:
+    """What became of a row, in as few words as stand beside its switch."""
+    return f'{row["chosen"]} of {row["asked"]}' if row['simplified'] else row['asked']
 
 
 class BouncesPanel(CotorraPanel):
