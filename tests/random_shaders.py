@@ -7,6 +7,7 @@ What they look like is compared with Cycles in test_random_shaders.py; links, gr
 from __future__ import annotations
 
 import random
+from collections.abc import Container
 
 import bpy
 import numpy as np
@@ -49,13 +50,16 @@ NOT_DRAWN = set(
 )
 
 
-def kinds() -> tuple[list[str], list[str]]:
+Kinds = tuple[list[str], list[str]]
+
+
+def kinds(left_out: Container[str] = LEFT_OUT) -> Kinds:
     """Nodes that hand on values, and those that hand on closures, of this Blender."""
     values, closures = [], []
     tree = bpy.data.materials.new('Kinds')
     tree.use_nodes = True
     for name in sorted(dir(bpy.types)):
-        if not name.startswith('ShaderNode') or name in LEFT_OUT or 'Output' in name or 'Volume' in name:
+        if not name.startswith('ShaderNode') or name in left_out or 'Output' in name or 'Volume' in name:
             continue
         try:
             made = tree.node_tree.nodes.new(name)
@@ -68,11 +72,11 @@ def kinds() -> tuple[list[str], list[str]]:
 
 
 class Thicket:
-    """Trees from one seed."""
+    """Trees from one seed. known: the nodes that they are made of, as kinds() finds them."""
 
-    def __init__(self, seed: int) -> None:
+    def __init__(self, seed: int, known: Kinds | None = None) -> None:
         self.dice = random.Random(seed)
-        self.values, self.closures = kinds()
+        self.values, self.closures = known or kinds()
         self.found: list[bpy.types.NodeSocket] = []
 
     def emission(self, tree: bpy.types.NodeTree) -> bpy.types.NodeSocket:
