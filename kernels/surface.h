@@ -99,23 +99,34 @@ FN void surface_fetch(IN(SceneData) scene, uint instance_id, uint triangle, OUT(
   t.material = triangle_material(scene, instance_id, triangle);
 }
 
+// How far, in roundings of the position, it is drawn from the triangle's edges toward its centroid.
+const float SURFACE_INSET = 4.0f;
+
 // Position and normals at barycentric u, v, seen along `direction`: both normals turn to the ray's side together, as in
 // Blender. Returns the rounding of the position, in metres. Without branches, so that a loop vectorises.
+// At an edge the position would round to either side of the neighbour's plane, and a ray that starts there leave a
+// closed mesh: it is drawn inward, where the triangle is that large, so that rays start inside (down to angles between
+// neighbours of atan(1 / SURFACE_INSET), for triangles that are no needles).
 FN float surface_shape(IN(SurfaceTriangle) t, float u, float v, vec3 direction, OUT(vec3) p, OUT(vec3) ng, OUT(vec3) n,
                        OUT(float) side) {
   const float w = 1.0f - u - v;
-  const vec3 c = cross(t.p1 - t.p0, t.p2 - t.p0) * t.orientation;
+  const vec3 e1 = t.p1 - t.p0;
+  const vec3 e2 = t.p2 - t.p0;
+  const vec3 c = cross(e1, e2) * t.orientation;
   const float c2 = dot(c, c);
   const vec3 face = c * (1.0f / sqrt(max(c2, 1e-37f)));
   side = select(dot(face, direction) > 0.0f, -1.0f, 1.0f);
   const vec3 s = t.n0 * w + t.n1 * u + t.n2 * v;
   const float s2 = dot(s, s);
-  p = t.p0 * w + t.p1 * u + t.p2 * v;
   ng = face * side;
   n = select(s2 > 0.0f, s * (side / sqrt(max(s2, 1e-37f))), ng);
-  // Four units in the last place of the largest coordinate that went into p.
+  // Eight times the unit roundoff of the largest coordinate that goes into p.
   const vec3 extent = max(abs(t.p0), max(abs(t.p1), abs(t.p2)));
-  return max_component(extent) * 4.8e-7f + 1e-9f;
+  const float rounding = max_component(extent) * 4.8e-7f;
+  const vec3 inward = e1 * (1.0f / 3.0f - u) + e2 * (1.0f / 3.0f - v);
+  const float inset = min(SURFACE_INSET * rounding / sqrt(max(dot(inward, inward), 1e-37f)), 1.0f);
+  p = t.p0 + (e1 * u + e2 * v + inward * inset);
+  return rounding;
 }
 
 FN void surface_from_hit(IN(SceneData) scene, IN(Hit) hit, vec3 direction, OUT(Surface) s) {

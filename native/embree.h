@@ -33,7 +33,7 @@ enum GeometryType : int { kTriangles = 0, kInstanceArray = 122 };
 enum BufferType : int { kIndexBuffer = 0, kVertexBuffer = 1, kTransformBuffer = 23 };
 enum Format : int { kUint = 0x5001, kUint3 = 0x5003, kFloat3 = 0x9003, kFloat4x4ColumnMajor = 0x9244 };
 enum BuildQuality : int { kLow = 0, kMedium = 1, kHigh = 2 };
-enum SceneFlags : int { kSceneCompact = 2 };
+enum SceneFlags : int { kSceneCompact = 2, kSceneRobust = 4 };
 enum Error : int { kNone = 0, kOutOfMemory = 4, kUnsupportedCpu = 5, kCancelled = 6 };
 enum QueryFlags : int { kIncoherent = 0, kCoherent = 1 << 16 };
 

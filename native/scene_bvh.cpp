@@ -143,7 +143,9 @@ void Scene::build(const std::atomic<bool> &cancel, const Scene *previous) {
     rtc.release_geometry(geometry);
   };
 
+  // Robust: no ray slips through between two triangles that share an edge.
   const bool compact = stats_.triangles > kCompactTriangles;
+  const int flags = embree::kSceneRobust | (compact ? embree::kSceneCompact : 0);
 
   // 1. One BVH for each mesh that is not in the top level.
   mesh_bvhs_.assign(meshes_.size(), nullptr);
@@ -159,7 +161,7 @@ void Scene::build(const std::atomic<bool> &cancel, const Scene *previous) {
     bvh->lets_through = lets_through[k];
     bvh->compact = compact;
     bvh->scene = made(rtc.new_scene(embree_->handle));
-    if (compact) rtc.set_scene_flags(bvh->scene, embree::kSceneCompact);
+    rtc.set_scene_flags(bvh->scene, flags);
     rtc.set_scene_progress_monitor(bvh->scene, keep_building, cancel_pointer);
     attach(bvh->scene, triangle_geometry(k), VISIBLE_ANYHOW, 0);
     rtc.commit_scene(bvh->scene);
@@ -169,7 +171,7 @@ void Scene::build(const std::atomic<bool> &cancel, const Scene *previous) {
 
   // 2. The top level: flattened meshes, and one instance array for each run of instances with one mesh and visibility.
   bvh_ = made(rtc.new_scene(embree_->handle));
-  if (compact) rtc.set_scene_flags(bvh_, embree::kSceneCompact);
+  rtc.set_scene_flags(bvh_, flags);
   rtc.set_scene_progress_monitor(bvh_, keep_building, cancel_pointer);
   for (std::size_t first = 0; first < instances_.size();) {
     const Instance &head = instances_[first];
