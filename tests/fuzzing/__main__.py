@@ -95,7 +95,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(prog='fuzz', description=__doc__)
     parser.add_argument('count', metavar='N', type=int, help='how many scenes')
     parser.add_argument('--seed', type=int, default=int(time.time()), help='of the first hundred (the time)')
-    parser.add_argument('--seconds', type=float, default=60.0, help='after which a scene hangs (60)')
+    parser.add_argument('--seconds', type=float, default=30.0, help='of processor time after which a scene hangs (30)')
     parser.add_argument('--device', default='CPU', choices=('CPU', 'VULKAN'))
     parser.add_argument('--ray-tracing', default='AUTO', choices=('AUTO', 'SOFTWARE', 'HARDWARE'))
     parser.add_argument('-o', '--output', type=Path, default=ROOT / 'build' / 'fuzzed')
