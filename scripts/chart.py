@@ -20,6 +20,7 @@ CHARTS = {
     'furnace': 'how much light each model reflects in all, over roughness and angle; energy above 1 is named',
     'models': 'ms a frame and error of each model, D, G, F and integrator on box_room, beside Cycles (5 minutes)',
     'failures': 'where methods fail, and what the kernels do about it',
+    'stability': 'relative error of each method over its parameters, and where 1e-3 is promised',
     'misprints': 'what the misprints in the founding texts do, each beside the right formula',
 }
 
@@ -42,6 +43,8 @@ def write(chart: Chart, folder: Path) -> None:
     for table in chart.tables:
         part = '' if len(chart.tables) == 1 else f'-{table.name}'
         (folder / f'{chart.name}{part}.csv').write_text(table.csv())
+    if chart.summary:
+        (folder / f'{chart.name}.md').write_text(chart.summary)
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -51,7 +54,7 @@ def main(arguments: list[str] | None = None) -> int:
     for name in dict.fromkeys(options.names):
         began = time.perf_counter()
         chart = importlib.import_module(f'charting.{name}').make(options.quick)
-        for table in chart.tables:
+        for table in chart.tables[: 1 if chart.summary else None]:  # maps are for files
             print(table.text() + '\n')
         write(chart, options.output)
         print(f'{options.output / name}.png, {time.perf_counter() - began:.0f} s\n', flush=True)

@@ -93,3 +93,13 @@ def test_failures(tmp_path: Path) -> None:
     assert max(error for where, error in ours.items() if where not in ('η to 1', 'critical angle')) < 1e-5
     assert float(rows['D GGX, roughness to 1e-4']['worst as written']) > 0.1
     assert float(rows['critical angle']['not finite']) > 0.3
+
+
+def test_stability(tmp_path: Path) -> None:
+    """The coarse atlas: no method is worse than promised, where it is promised."""
+    rows = made('stability', tmp_path)['stability-summary']
+    assert len(rows) > 20
+    worst = {row['method']: float(row['worst where promised']) for row in rows}
+    assert {name: error for name, error in worst.items() if not error <= 1e-3} == {}
+    told = (tmp_path / 'stability.md').read_text()
+    assert all(f'| {name} |' in told for name in worst)

@@ -41,6 +41,7 @@ class Chart:
     name: str
     tables: list[Table]
     figure: Figure
+    summary: str = ''  # Markdown, where a chart has one
 
 
 def shown(cell: Any) -> str:
