@@ -314,19 +314,26 @@ class Trial:
             samples = left // self.cost_of(plan.VERIFIED, 1)
         samples = min(samples, plan.SAMPLES_MAX)
         base = self.render(self.asked, samples, VERIFY)
-        before = measure.noise(base.pictures, samples, self.mean, (self.base.pictures, self.spend.search))
+
+        def noise_before() -> Noise:
+            return measure.noise(base.pictures, samples, self.mean, (self.base.pictures, self.spend.search))
+
+        before = noise_before()
         if same:
             return None, 1.0, before, before, ''
         other = self.render(chosen, samples, VERIFY, self.scene)
+        wide = [
+            self.render(settings, self.spend.search, VERIFY, scene, self.between).pictures
+            for settings, scene in ((self.asked, None), (chosen, self.scene))
+        ]
+        # What lies between the pixels is part of the mean, too.
+        self.mean = max(float(wide[0].mean()), 0.0) or self.mean
+        before = noise_before()
         apart = paired_difference(base.pictures, other.pictures, self.mean)
         probe = plan.Probe(apart, other.rays / base.rays)
         if not probe.suffices(self.tolerance):
             why = f'{plan.UNSURE}: other seeds make it {plan.interval(apart)} of difference'
             return None, 1.0, before, before, why
-        wide = [
-            self.render(settings, self.spend.search, VERIFY, scene, self.between).pictures
-            for settings, scene in ((self.asked, None), (chosen, self.scene))
-        ]
         if measure.seen_between(*wide, self.mean, self.tolerance):
             why = f'{plan.UNSURE}: something small and bright lies between its pixels'
             return None, 1.0, before, before, why
