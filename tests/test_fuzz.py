@@ -62,9 +62,10 @@ def test_random_scenes(campaign: Campaign) -> None:
     assert found is None, json.dumps(found)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize('ray_tracing', ['SOFTWARE', 'HARDWARE'])
 def test_random_scenes_on_vulkan(ray_tracing: str) -> None:
-    """A few: each compiles kernels for what it uses."""
+    """A few: lavapipe compiles kernels for what each uses, for 20 to 50 seconds."""
     runner = vulkan.open_lavapipe()
     if isinstance(runner, str):
         pytest.skip(runner)
