@@ -36,6 +36,7 @@ const uint FEATURE_LOBES = 131072u;        // a material has lobes that bsdf.h l
 const uint FEATURE_WORLD_LIGHT = 262144u;  // the world varies, and is sampled as a light; implies FEATURE_PROGRAMS
 const uint FEATURE_AREA_LIGHTS = 524288u;  // a lamp is a rectangle or an ellipse; implies FEATURE_SOFT_LIGHTS
 const uint FEATURE_HEALTH = 1048576u;      // bad samples are counted, with where they came to be (CPU)
+const uint FEATURE_LIGHT_TREE = 2097152u;  // lights are picked by a tree: meshes that emit, or many lamps
 
 // ---- Ray visibility, as Blender's visible_* flags; also Embree's ray masks.
 const uint VISIBLE_CAMERA = 1u;
@@ -53,6 +54,7 @@ const uint RAY_REFLECTED = 256u;    // it left a surface on the side that it cam
 const uint RAY_MEETS_LAMPS = 512u;  // it left a MATERIAL_SHARP
 const uint RAY_BLURRED = 1024u;     // on its way, the path was scattered widely
 const uint RAY_SHOWN = 2048u;  // mirrors and clear glass lie behind it, and no surface that a denoiser was shown
+const uint RAY_BOTH_SIDES = 4096u;  // it left a surface that light from behind reaches
 
 // What a ray that left a diffuse surface does not meet (SceneData.no_caustics).
 const uint CAUSTICS_REFLECTIVE = 1u;
@@ -252,20 +254,14 @@ const uint INSTANCE_IDENTITY = 1u;  // the transform is the identity
 const uint INSTANCE_COPLANAR = 4u;  // some of its triangles may lie in one plane with others
 const uint INSTANCE_TERMINATOR_SHIFT = 16u;  // above: Cycles' shadow terminator geometry offset, 0 to 65535
 
-// One emitting triangle, in world space.
+// One emitting triangle, in world space. It shines to both sides.
 struct Emitter {
   vec3 v0;
-  float area;
-  vec3 edge1;
   uint instance;
-  vec3 edge2;
+  vec3 edge1;
   uint triangle;
-  vec3 normal;  // geometric, unit, on the front side
+  vec3 edge2;
   uint material;
-  vec3 radiance;
-  float cdf;  // cumulated selection probability up to and with this emitter
-  uint visibility;
-  int group;
 };
 
 // What Whitted, Toon and the ambient term read of a material beside its BSDF.
@@ -414,7 +410,7 @@ RECORD(SceneData) {
   uint material_count;
   vec3 world;  // radiance of the background
   uint world_visibility;
-  float emitter_norm;  // 1 / sum of area x luminance over the emitters
+  uint tree_picks;  // lights that are picked by the tree at a path's first vertex; at others one is
   int world_group;
   LightShapeBuffer light_shapes;  // one for each lamp; null where no lamp is LIGHT_SHAPED
   LightProgramBuffer light_programs;  // one for each lamp; null where no lamp is a LIGHT_PROGRAM
@@ -429,6 +425,9 @@ RECORD(SceneData) {
   InstanceInfoBuffer instance_infos;  // [instances], null where no program asks
   Vec4Buffer instance_attributes;  // [layers * instances]
   FloatBuffer world_table;  // cumulated brightness: [world_height][world_width], then of the rows [world_height]
+  FloatBuffer light_nodes;  // [nodes * LIGHT_NODE_FLOATS] of the light tree; null where no light is picked by it
+  UintBuffer light_parents;  // [nodes] place of each node: node x LIGHT_FANOUT + child; INVALID_ID for the first
+  UintBuffer light_places;  // [lamps] in the tree; where meshes emit, [instances] where their triangles begin in here
   RayTracerBuffer tracer;  // null where no program traces rays
   ObjectSpace camera_space;  // x to the right, y up, z forward
   vec4 camera_window;  // left, bottom, 1 / width, 1 / height of the picture at distance 1, or in metres
@@ -456,8 +455,8 @@ RECORD(SceneData) {
 
 #ifdef __cplusplus
 static_assert(sizeof(Light) == 128 && sizeof(Material) == 64 && sizeof(Mesh) == 56 && sizeof(Instance) == 112 &&
-              sizeof(Emitter) == 88 && sizeof(LightShape) == 32 && sizeof(MaterialModel) == 160 &&
-              sizeof(ClassicMaterial) == 64 && sizeof(SceneData) == 408);
+              sizeof(Emitter) == 48 && sizeof(LightShape) == 32 && sizeof(MaterialModel) == 160 &&
+              sizeof(ClassicMaterial) == 64 && sizeof(SceneData) == 432);
 static_assert(sizeof(Texture) == 32 && sizeof(MeshTextures) == 128 && sizeof(ObjectSpace) == 64 &&
               sizeof(InstanceInfo) == 32 && sizeof(LightProgram) == 136);
 }  // namespace cotorra

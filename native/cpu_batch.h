@@ -132,6 +132,7 @@ struct Batch final : Workspace {
   std::unique_ptr<ProgramLanes> programs;  // where a material varies
   Array<SurfaceShading, FEATURE(FEATURE_PROGRAMS) ? kLanes : 1> shaded;
   Alpha alpha_context;
+  Array<LightWeights, FEATURE(FEATURE_LIGHT_TREE) ? kLanes : 1> light_weights;
 };
 
 }  // namespace

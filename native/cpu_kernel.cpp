@@ -202,14 +202,12 @@ class Renderer {
   // ---- Stage 4: light from lamps and emitting triangles, with shadow rays.
   void light(int lanes, uint bounce) {
     if (lanes == 0) return;
-    const bool all = scene_.light_count <= job_.lights_at_once;
     arguments_.flags = bounce == 0 ? embree::kCoherent : embree::kIncoherent;
-    if (all) {
-      for (uint l = 0; l < scene_.light_count; ++l) sample_light(l, lanes, bounce);
-    } else {
-      sample_picked_lights(lanes, bounce);
+    const bool all = scene_.light_count <= LIGHTS_AT_ONCE;
+    for (uint l = 0; all && l < scene_.light_count; ++l) sample_light(l, lanes, bounce);
+    if (FEATURE(FEATURE_LIGHT_TREE) && (all ? scene_.emitter_count : scene_.tree_picks) > 0) {
+      sample_picked_lights(all ? scene_.light_count : 0, bounce == 0 ? scene_.tree_picks : 1, lanes, bounce);
     }
-    if (FEATURE(FEATURE_EMISSIVE_MESHES) && scene_.emitter_count > 0) sample_emitters(lanes, bounce);
     if (FEATURE(FEATURE_WORLD_LIGHT) && scene_.world_width > 0) sample_world(lanes, bounce);
     flush_shadow(bounce);
   }
@@ -218,13 +216,13 @@ class Renderer {
 
   void sample_light(uint index, int lanes, uint bounce) {
     if (FEATURE(FEATURE_SOFT_LIGHTS)) {
-      fill_pairs(b_.random.data(), lanes, pair_seed(bounce, lamp_pair(index)), b_.u2.data(), b_.v2.data());
+      fill_pairs(b_.random.data(), lanes, pair_seed(bounce, light_pair(scene_, index)), b_.u2.data(), b_.v2.data());
     }
     const Light &light = scene_.lights.v[index];
     const uint scattering = VISIBLE_SCATTERED | (wants(FEATURE_LOBES) ? VISIBLE_TRANSMISSION : 0u);
     if ((light.visibility & scattering) != scattering || light_asks_lanes(light)) {  // rare: one by one
       for (std::size_t i = 0; i < static_cast<std::size_t>(lanes); ++i)
-        sample_lane(index, i, vec2(b_.u2[i], b_.v2[i]), 1.0f, bounce);
+        sample_lane(index, i, vec2(b_.u2[i], b_.v2[i]), bounce);
       return;
     }
     sample_lamp_of(light)(scene_, light, b_.shading, b_.u2.data(), b_.v2.data(), lanes, b_.light);
@@ -249,39 +247,35 @@ class Renderer {
     }
   }
 
-  void sample_lane(uint index, std::size_t i, vec2 u, float scale, uint bounce) {
+  void sample_lane(uint index, std::size_t i, vec2 u, uint bounce) {
     ShadowRay ray;
     if (path_sample_light(scene_, index, b_.path[i], b_.surface[i], b_.shading.bsdf(i), b_.shading.lobe_of(i),
-                          b_.shading.wo.get(i), u, scale, ray)) {
+                          b_.shading.wo.get(i), u, 1.0f, ray)) {
       queue_shadow(ray, i, bounce);
     }
   }
 
-  void sample_picked_lights(int lanes, uint bounce) {
-    // The first vertex fills the picture: it gets several lamps, stratified over their importance.
-    const uint picks = bounce == 0 ? job_.lights_at_once : 1u;
-    Array<float, kLanes> pick, unused;
-    fill_pairs(b_.random.data(), lanes, pair_seed(bounce, PAIR_PICK), pick.data(), unused.data());
-    for (uint k = 0; k < picks; ++k) {
-      fill_pairs(b_.random.data(), lanes, pair_seed(bounce, lamp_pair(k)), b_.u2.data(), b_.v2.data());
+  // Samples [first, first + picks) of a vertex, whose lights the tree picks.
+  void sample_picked_lights(uint first, uint picks, int lanes, uint bounce) {
+    Array<float, kLanes> pick, fresh;
+    fill_pairs(b_.random.data(), lanes, pair_seed(bounce, PAIR_PICK), pick.data(), fresh.data());
+    for (std::size_t i = 0; i < static_cast<std::size_t>(lanes); ++i) {
+      b_.light_weights[i] = path_light_weights(scene_, b_.surface[i], b_.shading.lobe_of(i));
+    }
+    for (uint k = first; k < first + picks; ++k) {
+      fill_pairs(b_.random.data(), lanes, pair_seed(bounce, light_pair(scene_, k)), b_.u2.data(), b_.v2.data());
       for (std::size_t i = 0; i < static_cast<std::size_t>(lanes); ++i) {
         float scale;
-        const uint index =
-            lamp_of_slot(lane_at(tracer_, i), k, picks, pick[i], b_.surface[i], b_.shading.lobe_of(i), scale);
-        if (index != INVALID_ID) sample_lane(index, i, vec2(b_.u2[i], b_.v2[i]), scale, bounce);
-      }
-    }
-  }
-
-  void sample_emitters(int lanes, uint bounce) {
-    Array<float, kLanes> pick, unused;
-    fill_pairs(b_.random.data(), lanes, pair_seed(bounce, PAIR_PICK), unused.data(), pick.data());
-    fill_pairs(b_.random.data(), lanes, pair_seed(bounce, PAIR_EMITTER), b_.u2.data(), b_.v2.data());
-    for (std::size_t i = 0; i < static_cast<std::size_t>(lanes); ++i) {
-      ShadowRay ray;
-      if (path_sample_emitter(scene_, b_.path[i], b_.surface[i], b_.shading.bsdf(i), b_.shading.lobe_of(i),
-                              b_.shading.wo.get(i), pick[i], vec2(b_.u2[i], b_.v2[i]), ray)) {
-        queue_shadow(ray, i, bounce);
+        const vec2 u_pick(pick[i], fresh[i]);
+        const Lobe &lobe = b_.shading.lobe_of(i);
+        const uint light = light_of_slot(lane_at(tracer_, i), k, first + picks, u_pick, b_.surface[i], lobe,
+                                         b_.light_weights[i], scale);
+        if (light == INVALID_ID) continue;
+        ShadowRay ray;
+        if (path_sample_picked(scene_, light, b_.path[i], b_.surface[i], b_.shading.bsdf(i), lobe, b_.shading.wo.get(i),
+                               vec2(b_.u2[i], b_.v2[i]), scale, ray)) {
+          queue_shadow(ray, i, bounce);
+        }
       }
     }
   }

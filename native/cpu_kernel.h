@@ -53,7 +53,6 @@ struct RenderJob {
   std::uint32_t seed;
   std::uint32_t program_registers;  // numbers that the largest program keeps
   std::uint32_t sample_bits;   // log2 of the samples a pixel, rounded up
-  std::uint32_t lights_at_once;  // all lamps are sampled at a vertex while there are at most so many
   bool transparent;
   bool camera_meets_lights;  // a lamp is visible to camera rays
   bool last_rays_find_light;  // the world or a mesh: worth the last ray of any path, not only of those that meet lamps

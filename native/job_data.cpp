@@ -14,7 +14,7 @@ std::uint32_t flags_of(const RenderJob &job) {
   set(job.transparent, JOB_TRANSPARENT);
   set(job.camera_meets_lights, JOB_CAMERA_MEETS_LIGHTS);
   set(job.last_rays_find_light, JOB_LAST_RAYS_FIND_LIGHT);
-  set(job.scene->light_count <= job.lights_at_once, JOB_ALL_LIGHTS);
+  set(job.scene->light_count <= LIGHTS_AT_ONCE, JOB_ALL_LIGHTS);
   set(job.passes.terms, JOB_TERMS_PASS);
   set(job.passes.occlusion, JOB_OCCLUSION_PASS);
   set(job.passes.features, JOB_FEATURES_PASS);

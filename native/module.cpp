@@ -274,6 +274,8 @@ nb::dict scene_stats(const SceneHandle &handle) {
   d["image_bytes"] = s.image_bytes;
   d["emitters"] = scene.data().emitter_count;
   d["coplanar_meshes"] = s.coplanar_meshes;
+  d["light_bytes"] = s.light_bytes;
+  d["light_tree_seconds"] = s.light_tree_seconds;
   return d;
 }
 

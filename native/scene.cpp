@@ -152,12 +152,14 @@ void Scene::prepare(SceneInput &input, const Scene *previous) {
   prepare_world(input);
   estimate_lights();
   prepare_emitters();
+  prepare_light_tree();
   prepare_features();
   find_coplanar();
   stats_.bytes = instances_.size() * sizeof(Instance) + materials_.size() * sizeof(Material) +
                  models_.size() * sizeof(MaterialModel) + classic_.size() * sizeof(ClassicMaterial) +
-                 emitters_.size() * sizeof(Emitter) + material_slots_.size() * sizeof(uint) + textures_.bytes() +
-                 world_table_.cumulated.size() * sizeof(float);
+                 emitters_.size() * sizeof(Emitter) + light_tree_.bytes() + material_slots_.size() * sizeof(uint) +
+                 textures_.bytes() + world_table_.cumulated.size() * sizeof(float);
+  stats_.light_bytes = lights_.size() * sizeof(Light) + emitters_.size() * sizeof(Emitter) + light_tree_.bytes();
   stats_.images = textures_.images.size();
   stats_.image_bytes = textures_.image_bytes;
   for (const auto &s : storage_) stats_.bytes += (s->positions.size() + s->normals.size()) * sizeof(vec3);
@@ -290,60 +292,6 @@ void Scene::prepare_instances(const SceneInput &in) {
     if (is_identity(m)) instance.flags |= INSTANCE_IDENTITY;
     if (dot(frame.x, cross(frame.y, frame.z)) < 0.0f) instance.flags |= INSTANCE_MIRRORED;
   }
-}
-
-void Scene::prepare_emitters() {
-  // 1. Collect the emitting triangles in world space.
-  double total = 0.0;
-  for (std::size_t k = 0; k < instances_.size(); ++k) {
-    const Instance &instance = instances_[k];
-    const Mesh &mesh = meshes_[instance.mesh];
-    bool any = false;
-    for (uint s = 0; s < instance.material_count; ++s) {
-      any |= (materials_[material_slots_[instance.material_base + s]].flags & MATERIAL_SAMPLED) != 0;
-    }
-    if (!any || (instance.visibility & kScattered) == 0) continue;  // no bounce sees it
-    for (uint t = 0; t < mesh.triangle_count; ++t) {
-      uint slot = 0;
-      if ((mesh.flags & MESH_HAS_SLOTS) != 0) slot = std::min(mesh.slots.v[t], instance.material_count - 1);
-      const uint material = material_slots_[instance.material_base + slot];
-      if ((materials_[material].flags & MATERIAL_SAMPLED) == 0) continue;
-      const uvec3 id = mesh.triangles.v[t];
-      const auto world = [&](vec3 p) {
-        return instance.x_axis * p.x + instance.y_axis * p.y + instance.z_axis * p.z + instance.origin;
-      };
-      Emitter e{};
-      e.v0 = world(mesh.positions.v[id.x]);
-      e.edge1 = world(mesh.positions.v[id.y]) - e.v0;
-      e.edge2 = world(mesh.positions.v[id.z]) - e.v0;
-      const vec3 n = cross(e.edge1, e.edge2);
-      const float len = length(n);
-      if (!(len > 0.0f) || !std::isfinite(len)) continue;
-      e.normal = n * ((instance.flags & INSTANCE_MIRRORED) != 0 ? -1.0f / len : 1.0f / len);
-      e.area = 0.5f * len;
-      e.instance = static_cast<uint>(k);
-      e.triangle = t;
-      e.material = material;
-      e.radiance = materials_[material].emission;
-      e.visibility = instance.visibility;
-      e.group = instance.light_group;
-      total += static_cast<double>(e.area) * static_cast<double>(dot(e.radiance, vec3(0.2126f, 0.7152f, 0.0722f)));
-      if (emitters_.size() == emitters_.capacity()) {
-        const std::size_t room = 2 * emitters_.size() + 64;
-        with_memory(room * sizeof(Emitter), "the triangles that emit", [&] { emitters_.reserve(room); });
-      }
-      emitters_.push_back(e);
-    }
-  }
-  // 2. Cumulate their power.
-  double sum = 0.0;
-  for (Emitter &e : emitters_) {
-    sum += static_cast<double>(e.area) * static_cast<double>(dot(e.radiance, vec3(0.2126f, 0.7152f, 0.0722f)));
-    e.cdf = static_cast<float>(sum / total);
-  }
-  data_.emitters = {emitters_.data()};
-  data_.emitter_count = static_cast<uint>(emitters_.size());
-  data_.emitter_norm = total > 0.0 ? static_cast<float>(1.0 / total) : 0.0f;
 }
 
 // Only there rays must meet what lies in the plane that they leave, and be kept from their own triangle. In an editable

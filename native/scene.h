@@ -16,6 +16,7 @@
 #include "../kernels/scene_types.h"
 #include "embree.h"
 #include "images.h"
+#include "light_tree.h"
 #include "scene_models.h"
 #include "world_table.h"
 
@@ -116,6 +117,8 @@ struct SceneStats {
       0;   // where light goes through surfaces: those with triangles in one plane with others
   std::uint64_t images = 0;
   std::uint64_t image_bytes = 0;       // of pixels
+  std::uint64_t light_bytes = 0;       // of lamps, emitting triangles and the tree over them
+  double light_tree_seconds = 0.0;
   std::uint64_t bytes = 0;             // everything the scene holds, the BVH and images included
 };
 
@@ -216,6 +219,7 @@ class Scene {
   // What a material is made of, where that is constant. Throws std::out_of_range.
   const CompiledShader &compiled(std::size_t material) const;
   std::span<const float> world_table() const { return world_table_.cumulated; }
+  const LightTree &light_tree() const { return light_tree_; }
   std::span<const LightProgram> light_programs() const { return light_programs_; }
   static std::span<const float> albedo();
 
@@ -250,6 +254,9 @@ class Scene {
   void prepare_meshes(SceneInput &input, const Scene *previous);
   void prepare_mesh(std::size_t k, MeshInput &source, Instance *instance, const Scene *previous);
   void prepare_emitters();
+  bool emits(const Instance &instance) const;
+  void prepare_light_tree();  // after the lamps and emitters, and how bright they are
+  void place_emitters();
   void prepare_features();
   void find_coplanar();  // after the features
   void build(const std::atomic<bool> &cancel, const Scene *previous);
@@ -286,6 +293,7 @@ class Scene {
   std::vector<LightShape> light_shapes_;  // empty where no lamp is LIGHT_SHAPED
   std::vector<LightProgram> light_programs_;  // empty where no lamp is a LIGHT_PROGRAM
   std::vector<Emitter> emitters_;
+  LightTree light_tree_;
   WorldTable world_table_;
   SceneData data_{};
   SceneStats stats_;

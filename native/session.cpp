@@ -25,7 +25,6 @@ constexpr std::int64_t kMaxSamples = 1 << 24;  // float sums stand still beyond;
 constexpr std::uint32_t kLongestPass = 32;     // samples; keeps cancelling quick
 constexpr std::uint32_t kLampPasses = 1024;    // more than anyone looks through
 constexpr float kLoneError = 3.0f;  // adaptive sampling: of a pixel alone, over the threshold for the mean
-constexpr std::uint32_t kLightsAtOnce = 8;     // beyond, lamps are picked by importance
 
 void require(bool good, const std::string &name, const std::string &value, const char *expected) {
   if (!good) throw std::invalid_argument(name + " = " + value + ", must be " + expected);
@@ -208,7 +207,6 @@ void Session::describe(const CameraInput &camera) {
   scene_data_.seed = settings_.seed;
   job_.program_registers = scene_->programs().registers;
   job_.sample_bits = std::min(static_cast<std::uint32_t>(std::bit_width(samples - 1u)), SAMPLE_BITS_MAX);
-  job_.lights_at_once = kLightsAtOnce;
   job_.transparent = settings_.transparent;
   job_.camera_meets_lights = scene_->camera_meets_lights() && (job_.features & FEATURE_VISIBLE_LIGHTS) != 0;
   job_.last_rays_find_light = (job_.features & (FEATURE_WORLD | FEATURE_EMISSIVE_MESHES)) != 0;

@@ -140,6 +140,10 @@ std::vector<Mesh> upload_scene(const Scene &scene, std::uint32_t features, Uploa
   data.material_slots.v = uploader.put(scene.material_slots(), "material slots");
   data.lights.v = uploader.put(std::span(data.lights.v, data.light_count), "lights");
   data.emitters.v = uploader.put(std::span(data.emitters.v, data.emitter_count), "emitters");
+  const LightTree &tree = scene.light_tree();
+  data.light_nodes.v = uploader.put(std::span(tree.nodes), "lights");
+  data.light_parents.v = uploader.put(std::span(tree.parents), "lights");
+  data.light_places.v = uploader.put(std::span(tree.places), "lights");
   data.albedo.v = uploader.put(scene.albedo(), "albedo tables");
   data.filter_table.v = uploader.put(std::span(data.filter_table.v, FILTER_TABLE_SIZE), "the pixel filter");
   const std::size_t models = (features & FEATURE_MODELS) != 0 ? data.material_count : 0;

@@ -93,15 +93,15 @@ class WavefrontOnCard final : public Wavefront {
   }
 
   bool has(std::uint32_t feature) const { return (job_.features & feature) != 0; }
-  bool all_lights() const { return job_.scene->light_count <= job_.lights_at_once; }
+  bool all_lights() const { return job_.scene->light_count <= LIGHTS_AT_ONCE; }
   // Does it matter what a surface does with light?
   bool scatters() const { return !has(FEATURE_TOON) && job_.classic.integrator != Integrator::kOcclusion; }
   // Shadow rays that a lane may send to lights at its vertex number `bounce`.
   std::uint32_t light_slots(std::uint32_t bounce) const {
     if (job_.classic.integrator == Integrator::kOcclusion) return 0;
     if (job_.classic.integrator == Integrator::kToon) return job_.scene->light_count;
-    const std::uint32_t picks = bounce == 0 ? job_.lights_at_once : 1;
-    const bool emitters = has(FEATURE_EMISSIVE_MESHES) && job_.scene->emitter_count > 0;
+    const std::uint32_t picks = bounce == 0 ? job_.scene->tree_picks : 1;
+    const bool emitters = has(FEATURE_LIGHT_TREE) && job_.scene->emitter_count > 0;
     const bool world = has(FEATURE_WORLD_LIGHT);
     return (all_lights() ? job_.scene->light_count : picks) + (emitters ? 1 : 0) + (world ? 1 : 0);
   }

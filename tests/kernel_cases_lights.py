@@ -6,12 +6,14 @@ What Blender's own lamps need stands in kernel_cases.py.
 
 from __future__ import annotations
 
-from kernel_cases import DIRECTION, LIGHT, NORMAL, POINT, POSITIVE, ROUNDING, SIGNED, SQUARE, SURFACE
+from kernel_cases import DIRECTION, LIGHT, NORMAL, POINT, POSITIVE, ROUNDING, SIGNED, SQUARE, SURFACE, UNIT
 from kernel_cases_models import SLOPES
 from kernel_cases_path import MATERIAL, PATH
 from kernel_cases_program import LIBRARY
 from kernel_inputs import (
+    INSTANCES,
     LIGHTS,
+    TRIANGLES,
     area_lights,
     choices,
     directions,
@@ -19,6 +21,7 @@ from kernel_inputs import (
     light_shapes,
     magnitudes,
     points,
+    records,
     uniform,
 )
 from kernel_inputs_programs import GROUPS
@@ -39,12 +42,12 @@ AREAS = [
         'a = vec3(v.a0, v.a1, v.b0); b = vec3(v.b1, v.nearest2, v.height); foot = vec2(v.x, v.y);'
         'empty = select(area_view_empty(v), 1u, 0u); solid = 0.0f;'
         'if (empty == 0u) solid = area_view_solid_angle(v);'
-        'spread = area_light_spread(light, abs(x)); importance = area_light_importance(light, p);',
+        'spread = area_light_spread(light, abs(x));',
         {'light': AREA, 'p': POINT, 'x': SIGNED, 'y': SIGNED},
         {'a': 'vec3', 'b': 'vec3', 'foot': 'vec2', 'empty': 'uint', 'solid': 'float', 'spread': 'float'}
-        | {'importance': 'float', 'angle': 'float'},
+        | {'angle': 'float'},
         ROUNDING,
-        dict.fromkeys(('solid', 'importance'), CUTS),
+        {'solid': CUTS},
     ),
     Case(
         'area_samples',
@@ -79,9 +82,9 @@ PROGRAMS = [
         'Light light = LOAD(scene.lights, lamp); light.flags |= LIGHT_PROGRAM;'
         'const LightProgram program = LOAD(scene.light_programs, lamp);'
         'uv = light_uv(light, program, p, d, d); at = light_point(lamp, light, program, p, d, far);'
-        'sent = path_light_program(scene, lamp, light, path, p, d, far); bound = light_bound(scene, lamp, s, true);',
-        {'lamp': LAMP, 'p': POINT, 'd': DIRECTION, 'far': POSITIVE, 'path': PATH, 's': SURFACE},
-        {'uv': 'vec2', 'at': 'ShaderPoint', 'sent': 'vec3', 'bound': 'float'},
+        'sent = path_light_program(scene, lamp, light, path, p, d, far);',
+        {'lamp': LAMP, 'p': POINT, 'd': DIRECTION, 'far': POSITIVE, 'path': PATH},
+        {'uv': 'vec2', 'at': 'ShaderPoint', 'sent': 'vec3'},
         LIBRARY,
         scene=True,
         program=True,
@@ -114,9 +117,69 @@ PROGRAMS = [
     ),
 ]
 
+RECEIVER = ('LightReceiver', records('LightReceiver', p=points(), n=directions(), both_sides=integers(2)))
+PLACE = ('uint', integers(16))
+
+TREE = [
+    Case(
+        'light_bounds',
+        'const int child = int(place % LIGHT_FANOUT); const uint node = place / LIGHT_FANOUT;'
+        'bound = light_bound(scene.light_nodes, node, child, at); few = light_bounds(scene.light_nodes, node, at);'
+        'weights = light_weights(scene.light_nodes, node, at); sum = light_weights_sum(weights);'
+        'near = select(light_child_near(scene.light_nodes, node, child, at), 1u, 0u);'
+        'less = cos_less(a, sqrt(1.0f - a * a), b, sqrt(1.0f - b * b));'
+        'bits = light_child(scene.light_nodes, node, child);'
+        'row = light_row(scene.light_nodes, node, LIGHT_ROW_COS, child);'
+        'axis = light_row_vector(scene.light_nodes, node, LIGHT_ROW_AXIS, child);',
+        {'place': PLACE, 'at': RECEIVER, 'a': SIGNED, 'b': SIGNED},
+        {'bound': 'float', 'few': 'LightWeights', 'weights': 'LightWeights', 'sum': 'float', 'near': 'uint'}
+        | {'less': 'float', 'bits': 'uint', 'row': 'float', 'axis': 'vec3'},
+        ROUNDING,
+        scene=True,
+    ),
+    Case(
+        'light_picks',
+        'const LightWeights root = light_weights(scene.light_nodes, 0u, at);'
+        'light = light_tree_pick(scene, at, root, u, fresh, probability);'
+        'chance = light_tree_probability(scene, place, at); of_lamp = light_place_of_lamp(scene, lamp);'
+        'of_triangle = light_place_of_triangle(scene, instance, triangle);',
+        {
+            'at': RECEIVER,
+            'u': UNIT,
+            'fresh': UNIT,
+            'place': PLACE,
+            'lamp': LAMP,
+            'instance': ('uint', integers(INSTANCES)),
+        }
+        | {'triangle': ('uint', integers(TRIANGLES))},
+        {'light': 'uint', 'probability': 'float', 'chance': 'float', 'of_lamp': 'uint', 'of_triangle': 'uint'},
+        ROUNDING,
+        scene=True,
+    ),
+    Case(
+        'light_walks',
+        'uint place = 0u; first = light_tree_next(scene, p, d, t_max, place); came = place;'
+        'second = light_tree_next(scene, p, d, t_max, place);'
+        'met = select(light_child_met(scene.light_nodes, 0u, int(lamp), p, d, t_max), 1u, 0u);',
+        {'p': POINT, 'd': DIRECTION, 't_max': ('float', choices(2.0, 1e30)), 'lamp': LAMP},
+        {'first': 'uint', 'came': 'uint', 'second': 'uint', 'met': 'uint'},
+        scene=True,
+    ),
+    Case(
+        'light_chances',
+        'area = surface_area(scene, s); picks = found_picks(scene, path);'
+        'chance = found_probability(scene, path, place, p, d, far);',
+        {'s': SURFACE, 'path': PATH, 'place': PLACE, 'p': POINT, 'd': DIRECTION, 'far': POSITIVE},
+        {'area': 'float', 'picks': 'float', 'chance': 'float'},
+        ROUNDING,
+        scene=True,
+    ),
+]
+
 CASES = [
     *AREAS,
     *PROGRAMS,
+    *TREE,
     Case(
         'light_falloffs',
         'a = angle_from_versine(v); b = light_falloff(shape, d);',

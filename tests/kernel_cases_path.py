@@ -6,7 +6,7 @@ What needs no material stands in kernel_cases.py.
 
 from __future__ import annotations
 
-from kernel_cases import COLOR, DIRECTION, NORMAL, POINT, ROUNDING, SILHOUETTE, SQUARE, SURFACE, UINT, UNIT
+from kernel_cases import COLOR, DIRECTION, NORMAL, POINT, POSITIVE, ROUNDING, SILHOUETTE, SQUARE, SURFACE, UINT, UNIT
 from kernel_inputs import (
     LIGHTS,
     choices,
@@ -192,7 +192,10 @@ STAGES = [
             'through': 'vec3',
         }
         | {'found_pdf': 'float'},
-        tolerances={'sky': ROUNDING},  # its weight is by world_pdf, whose angles have this bound in world_table as well
+        tolerances={
+            'sky': ROUNDING,
+            'light': ROUNDING,
+        },  # its weight is by world_pdf, whose angles have this bound in world_table as well
         scene=True,
     ),
     Case(
@@ -210,11 +213,12 @@ STAGES = [
         'gain = light_contribution(light, l, bsdf, o, path.throughput, 2.0f);'
         'casts = select(light_shadow_ray(scene, light, s, path.bounce, l.wi, l.distance, gain, shadow), 1u, 0u);'
         'lit = select(path_sample_light(scene, lamp, path, s, bsdf, lobe, o, u, 2.0f, ray), 1u, 0u);'
-        'importance = light_importance(scene, lamp, s, false); pick = path_pick_light(scene, s, false, u.x, scale);'
+        'const LightWeights root = path_light_weights(scene, s, lobe); receives = light_receiver(s, lobe);'
+        'pick = path_pick_light(scene, s, lobe, root, 1u, 3u, u, scale);'
         'const Surface start = smooth_surface(s, bsdf); smooth_n = start.n;',
         {'material': MATERIAL, 's': SURFACE, 'wo': WO, 'wi': DIRECTION, 'mask': ('uint', integers(64)), 'lamp': LAMP}
         | {'path': PATH, 'u': SQUARE},
-        {'seen': 'vec3', 'pdf': 'float', 'lit': 'uint', 'ray': 'ShadowRay', 'importance': 'float', 'pick': 'uint'}
+        {'seen': 'vec3', 'pdf': 'float', 'lit': 'uint', 'ray': 'ShadowRay', 'receives': 'LightReceiver', 'pick': 'uint'}
         | {'scale': 'float', 'gain': 'vec3', 'casts': 'uint', 'shadow': 'ShadowRay', 'smooth_n': 'vec3'},
         ROUNDING,
         dict.fromkeys(('ray.t_max', 'shadow.t_max'), SILHOUETTE),
@@ -222,9 +226,12 @@ STAGES = [
     ),
     Case(
         'emitter_stage',
-        FACING + 'lit = select(path_sample_emitter(scene, path, s, bsdf, lobe, o, pick, u, ray), 1u, 0u);',
-        {'material': MATERIAL, 's': SURFACE, 'wo': WO, 'path': PATH, 'pick': UNIT, 'u': SQUARE},
-        {'lit': 'uint', 'ray': 'ShadowRay'},
+        FACING + 'lit = select(path_sample_emitter(scene, index, path, s, bsdf, lobe, o, u, scale, ray), 1u, 0u);'
+        'const uint light = LIGHT_CHILD_LEAF | select(lamp != 0u, LIGHT_CHILD_LAMPS, 0u) | index;'
+        'sent = select(path_sample_picked(scene, light, path, s, bsdf, lobe, o, u, scale, picked), 1u, 0u);',
+        {'material': MATERIAL, 's': SURFACE, 'wo': WO, 'path': PATH, 'scale': POSITIVE, 'u': SQUARE}
+        | {'index': ('uint', integers(LIGHTS)), 'lamp': ('uint', integers(2))},
+        {'lit': 'uint', 'ray': 'ShadowRay', 'sent': 'uint', 'picked': 'ShadowRay'},
         ROUNDING,
         scene=True,
     ),

@@ -270,15 +270,9 @@ def scene() -> Scene:
     emitters = np.zeros(EMITTERS, dtype_of('Emitter'))
     for name in ('v0', 'edge1', 'edge2'):
         emitters[name] = points(1.0)(rng, EMITTERS)
-    normals = np.cross(emitters['edge1'], emitters['edge2'])
-    lengths = np.linalg.norm(normals, axis=1)
-    emitters['normal'], emitters['area'] = normals / lengths[:, None], 0.5 * lengths
-    emitters['radiance'] = rng.uniform(0.5, 8.0, (EMITTERS, 3))
     emitters['instance'] = rng.integers(0, INSTANCES, EMITTERS)
     emitters['triangle'] = rng.integers(0, TRIANGLES, EMITTERS)
-    emitters['visibility'] = known['VISIBLE_ALL']
-    power = emitters['area'] * (emitters['radiance'] @ np.array((0.2126, 0.7152, 0.0722), np.float32))
-    emitters['cdf'] = np.cumsum(power) / power.sum()
+    emitters['material'] = rng.integers(0, MATERIALS, EMITTERS)
 
     data = np.zeros(1, dtype_of('SceneData'))
     data['light_count'], data['emitter_count'] = LIGHTS, EMITTERS
@@ -287,7 +281,7 @@ def scene() -> Scene:
     data['world'], data['world_visibility'] = (0.2, 0.4, 0.7), known['VISIBLE_ALL']
     data['world_width'], data['world_height'], data['world_sampled'] = *WORLD, known['VISIBLE_ALL']
     data['world_sun'], data['world_sun_cap'], data['world_sun_share'] = (0.48, 0.6, 0.64), 0.05, 0.25
-    data['emitter_norm'] = 1.0 / power.sum()
+    data['tree_picks'] = 3
     made = Scene(
         data=data,
         arrays={
@@ -299,6 +293,7 @@ def scene() -> Scene:
             'meshes': meshes,
             'instances': instances,
             'emitters': emitters,
+            **light_tree(np.random.default_rng(5)),
             'classic': np.zeros(MATERIALS, dtype_of('ClassicMaterial')),
             'albedo': rng.uniform(0.4, 1.0, known['TABLE_SIZE']).astype(np.float32),
             'world_table': world_table(np.random.default_rng(4)),
@@ -314,6 +309,36 @@ def scene() -> Scene:
     own = made.arrays['programs'][MATERIALS:]
     made.arrays['light_programs'] = light_programs(np.random.default_rng(4), LIGHTS, own)
     return made
+
+
+def light_tree(rng: np.random.Generator) -> dict[str, np.ndarray]:
+    """The light tree's arrays: the lamps, one of them distant, and a node of all emitters but one."""
+    known = constants()
+    fanout = known['LIGHT_FANOUT']
+    rows = np.zeros((2, known['LIGHT_ROWS'], fanout), np.float32)
+    rows[:, :3] = points()(rng, 2 * fanout).reshape(2, fanout, 3).swapaxes(1, 2)
+    rows[:, known['LIGHT_ROW_RADIUS']] = rng.choice((0.0, 0.3, 2.0), (2, fanout))
+    axes = slice(known['LIGHT_ROW_AXIS'], known['LIGHT_ROW_AXIS'] + 3)
+    rows[:, axes] = directions()(rng, 2 * fanout).reshape(2, fanout, 3).swapaxes(1, 2)
+    angles = rng.choice((0.0, 0.4, np.pi), (2, fanout))
+    rows[:, known['LIGHT_ROW_COS']], rows[:, known['LIGHT_ROW_SIN']] = np.cos(angles), np.sin(angles)
+    rows[:, known['LIGHT_ROW_COS_SENT']] = rng.choice((1.0, 0.5, 0.0), (2, fanout))
+    rows[:, known['LIGHT_ROW_ENERGY']] = rng.uniform(0.1, 1.0, (2, fanout))
+    leaf, lamp = known['LIGHT_CHILD_LEAF'], known['LIGHT_CHILD_LEAF'] | known['LIGHT_CHILD_LAMPS']
+    lamps = lamp | np.arange(LIGHTS, dtype=np.uint32)
+    lamps[1] |= known['LIGHT_CHILD_DISTANT']
+    first = [*lamps, leaf, known['LIGHT_CHILD_TWO_SIDED'] | 1]
+    second = [leaf | known['LIGHT_CHILD_TWO_SIDED'] | (i + 1) for i in range(EMITTERS - 1)]
+    rows[1, known['LIGHT_ROW_ENERGY'], EMITTERS - 1 :] = 0.0
+    children = np.array([first, second + [0] * (fanout - len(second))], np.uint32)
+    rows[:, known['LIGHT_ROW_CHILD']] = children.view(np.float32)
+    of_triangles = rng.choice((known['INVALID_ID'], LIGHTS, fanout, fanout + 3), INSTANCES * TRIANGLES)
+    firsts = LIGHTS + INSTANCES + TRIANGLES * np.arange(INSTANCES)
+    return {
+        'light_nodes': rows.ravel(),
+        'light_parents': np.array((known['INVALID_ID'], fanout - 1), np.uint32),
+        'light_places': np.concatenate((np.arange(LIGHTS), firsts, of_triangles)).astype(np.uint32),
+    }
 
 
 def world_table(rng: np.random.Generator) -> np.ndarray:

@@ -230,16 +230,6 @@ FN bool area_light_intersect(IN(Light) light, vec3 origin, vec3 direction, float
   return max_component(abs(radiance)) > 0.0f;
 }
 
-// A bound of what the light sends to p, over its radiance: solid angle x the brightest spread.
-FN float area_light_importance(IN(Light) light, vec3 p) {
-  AreaView v;
-  area_light_view(light, p, v);
-  if (light.tan_spread <= 0.0f) return select(v.height > 0.0f && area_light_covers(light, v.x, v.y), PI, 0.0f);
-  if (area_view_empty(v)) return 0.0f;
-  const float lateral2 = max(v.nearest2 - v.height * v.height, 0.0f);
-  return area_view_solid_angle(v) * area_light_spread(light, sqrt(lateral2) / v.height);
-}
-
 #ifdef __cplusplus
 }  // namespace cotorra
 #endif

@@ -7,6 +7,7 @@
 #include "../path.h"
 #include "light_program.h"
 #include "light_shape.h"
+#include "light_tree.h"
 #include "world_light.h"
 
 #ifdef __cplusplus
@@ -42,6 +43,22 @@ FN vec3 path_light_program(IN(SceneData) scene, uint index, IN(Light) light, IN(
   return light_numbers(program_value(scene, at, program.emission, program.constants));
 }
 
+// How many light samples the tree draws at the vertex before a ray's.
+FN float found_picks(IN(SceneData) scene, IN(PathState) path) {
+  return path.bounce == 1u ? float(int(scene.tree_picks)) : 1.0f;
+}
+
+// The number of light samples that take the light at `place` of the tree, on average, at the vertex that the path left
+// for p, `distance` metres along `direction`.
+FN float found_probability(IN(SceneData) scene, IN(PathState) path, uint place, vec3 p, vec3 direction,
+                           float distance) {
+  LightReceiver at;
+  at.p = p - direction * distance;
+  at.n = path.normal;
+  at.both_sides = path.ray_kind & RAY_BOTH_SIDES;
+  return light_tree_probability(scene, place, at) * found_picks(scene, path);
+}
+
 // Lamp `index` as the ray meets it on its way of length t_max; lamps are transparent to rays, as in Cycles.
 FN vec3 path_meet_light(IN(SceneData) scene, uint index, IN(PathState) path, vec3 origin, vec3 direction, float t_max,
                         OUT(int) group) {
@@ -64,6 +81,10 @@ FN vec3 path_meet_light(IN(SceneData) scene, uint index, IN(PathState) path, vec
   }
   float found_pdf;
   const vec3 throughput = found_throughput(scene, path, light.visibility, found_pdf);
+  if (FEATURE(FEATURE_LIGHT_TREE) && scene.light_count > LIGHTS_AT_ONCE && found_pdf > 0.0f) {
+    const uint place = light_place_of_lamp(scene, index);
+    pdf *= found_probability(scene, path, place, origin, direction, path.passed);
+  }
   return throughput * radiance * found_weight(found_pdf, pdf);
 }
 
@@ -98,11 +119,15 @@ FN vec3 path_emission(IN(SceneData) scene, IN(PathState) path, IN(Surface) s, IN
   float pdf;
   const vec3 throughput = found_throughput(scene, path, visibility, pdf);
   float weight = 1.0f;
-  if ((material.flags & MATERIAL_SAMPLED) != 0u) {
-    // Light sampling picks a triangle in proportion to area x luminance, then a point uniformly.
-    const float area_pdf = luminance(material.emission) * scene.emitter_norm;
+  if (FEATURE(FEATURE_LIGHT_TREE) && (material.flags & MATERIAL_SAMPLED) != 0u && pdf > 0.0f) {
+    const uint place = light_place_of_triangle(scene, s.instance, s.triangle);
     const float distance = path.passed + t;
-    weight = found_weight(pdf, area_pdf * distance * distance / max(abs(dot(s.ng, wo)), 1e-8f));
+    if (place != INVALID_ID) {
+      // Light sampling picks a triangle by the tree, then a point uniformly.
+      const float chosen = found_probability(scene, path, place, s.p, -wo, distance);
+      const float facing = surface_area(scene, s) * max(abs(dot(s.ng, wo)), 1e-8f);
+      weight = found_weight(pdf, chosen * distance * distance / facing);
+    }
   }
   const ShaderPoint at = path_point(scene, path, s, wo, t);
   return throughput * material_emission(scene, s.material, material, at) * weight;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Light that is sampled at a vertex: of one lamp, of an emitting triangle, of the background; and which lamp it is
+// Light that is sampled at a vertex: of one lamp, of an emitting triangle, of the background; and which light it is
 // where not all are sampled. What comes of it is a shadow ray; it is traced elsewhere.
 #ifndef COTORRA_SAMPLED_H
 #define COTORRA_SAMPLED_H
@@ -43,14 +43,15 @@ FN void path_note_kind(IN(Bsdf) bsdf, IN(Lobe) lobe, vec3 wo, vec3 wi, INOUT(Pat
 }
 
 // What one sample of a lamp brings to the surface if nothing stands between. Without branches on the point, so that a
-// loop over many points vectorises. `scale` is 1 / probability of having chosen the lamp.
+// loop over many points vectorises. `scale` is 1 / the number of samples that take the lamp, on
+// average.
 FN vec3 light_contribution(IN(Light) light, IN(LightSample) l, IN(Bsdf) bsdf, vec3 wo, vec3 throughput, float scale) {
   float bsdf_pdf;
   const vec3 f = visible_bsdf(bsdf, wo, l.wi, light.visibility, bsdf_pdf);
   float weight = scale;
   if (FEATURE(FEATURE_BSDF_RAYS) && (light.flags & LIGHT_VISIBLE) != 0u) {
     // Only sharp highlights share the work with bounces; elsewhere light sampling does all of it.
-    weight *= select((bsdf.lobes & BSDF_SHARP) != 0u, power_heuristic(l.pdf, bsdf_pdf), 1.0f);
+    weight *= select((bsdf.lobes & BSDF_SHARP) != 0u, power_heuristic(l.pdf / scale, bsdf_pdf), 1.0f);
   }
   return throughput * f * l.weight * weight;
 }
@@ -61,7 +62,7 @@ FN vec3 lobe_light_contribution(IN(SceneData) scene, IN(Light) light, IN(LightSa
   float pdf;
   const vec3 f = visible_scattering(scene, bsdf, lobe, wo, l.wi, light.visibility, pdf);
   const bool shared_work = (light.flags & LIGHT_VISIBLE) != 0u && !lobe_is_diffuse(lobe);
-  const float weight = FEATURE(FEATURE_BSDF_RAYS) && shared_work ? scale * power_heuristic(l.pdf, pdf) : scale;
+  const float weight = FEATURE(FEATURE_BSDF_RAYS) && shared_work ? scale * power_heuristic(l.pdf / scale, pdf) : scale;
   return throughput * f * l.weight * weight;
 }
 
@@ -104,73 +105,12 @@ FN bool path_sample_light(IN(SceneData) scene, uint index, IN(PathState) path, I
   return light_shadow_ray(scene, light, start, path.bounce, l.wi, l.distance, contribution, ray);
 }
 
-// A quick bound of what lamp `index` without its program may contribute at the surface, to choose lamps by;
-// `both_sides`: light from behind counts as well.
-FN float light_bound(IN(SceneData) scene, uint index, IN(Surface) s, bool both_sides) {
-  Light light = LOAD(scene.lights, index);
-  if (light.type == LIGHT_SUN) {
-    const float size = select(light.radius > 0.0f, 2.0f * PI * light.radius, 1.0f);
-    const float c = -dot(s.n, light.axis);
-    return luminance(abs(light.radiance)) * size * max((both_sides ? abs(c) : c) + sqrt(2.0f * light.radius), 0.0f);
-  }
-  float d;
-  const vec3 wi = safe_normalize(light.position - s.p, d);
-  if (FEATURE(FEATURE_AREA_LIGHTS) && light.type == LIGHT_AREA) {
-    const float facing = both_sides ? abs(dot(s.n, wi)) : max(dot(s.n, wi), 0.0f);
-    const float widest = min(facing + light.radius / max(d, 1e-6f), 1.0f);
-    return luminance(abs(light.radiance)) * area_light_importance(light, s.p) * widest;
-  }
-  const float r2 = light.radius * light.radius;
-  const float power = luminance(abs(light.radiance)) * select(light.radius > 0.0f, PI * r2, 1.0f);
-  // The widest cosine that the light's disk can show.
-  const float c = dot(s.n, wi);
-  const float cosine = min(max(both_sides ? abs(c) : c, 0.0f) + light.radius / max(d, 1e-6f), 1.0f);
-  // Points of a lamp of size send light past the edge of the cone about its centre: cos(a - b) <= cos a + sin b.
-  light.cos_spot -= light.radius / max(d, 1e-6f);
-  float spot = light.type == LIGHT_SPOT && light.radius < d ? spot_attenuation(light, wi) : 1.0f;
-  if (FEATURE(FEATURE_LIGHT_SHAPES) && (light.flags & LIGHT_SHAPED) != 0u) {
-    const LightShape shape = LOAD(scene.light_shapes, index);
-    // A lamp of size may reach past its edge to where its centre does not.
-    spot *= light_falloff(shape, d) * (light.radius > 0.0f ? 1.0f : light_spot_edge(shape, light, wi));
-  }
-  return power * cosine * spot / (d * d + r2 + 1e-12f);
-}
-
-// With what its program sends out on average.
-FN float light_importance(IN(SceneData) scene, uint index, IN(Surface) s, bool both_sides) {
-  const float bound = light_bound(scene, index, s, both_sides);
-  if ((LOAD(scene.lights, index).flags & LIGHT_PROGRAM) == 0u) return bound;
-  return bound * LOAD(scene.light_programs, index).mean;
-}
-
-// One lamp out of many, in proportion to its importance, by reservoir sampling with one number.
-// Returns its index, INVALID_ID where none can contribute; `scale` is 1 / probability.
-FN uint path_pick_light(IN(SceneData) scene, IN(Surface) s, bool both_sides, float u, OUT(float) scale) {
-  float sum = 0.0f;
-  float chosen = 0.0f;
-  uint pick = INVALID_ID;
-  for (uint i = 0u; i < scene.light_count; ++i) {
-    const float w = light_importance(scene, i, s, both_sides);
-    sum += w;
-    const float p = sum > 0.0f ? w / sum : 0.0f;
-    if (u < p) {
-      pick = i;
-      chosen = w;
-      u = u / p;
-    } else {
-      u = (u - p) / max(1.0f - p, 1e-8f);
-    }
-    u = min(u, 0.99999994f);
-  }
-  scale = chosen > 0.0f ? sum / chosen : 0.0f;
-  return chosen > 0.0f ? pick : INVALID_ID;
-}
-
 // What an emitting triangle sends out along -wi at barycentric coordinates b, and is not let through there. As in
 // Cycles, it knows the number of bounces and not the kind of ray.
 FN vec3 emitter_radiance(IN(SceneData) scene, IN(PathState) path, IN(Emitter) e, vec2 b, vec3 wi, float distance) {
-  if (!FEATURE(FEATURE_PROGRAMS | FEATURE_TRANSPARENCY)) return e.radiance;
   const Material material = LOAD(scene.materials, e.material);
+  const uint varies = MATERIAL_PROGRAM | MATERIAL_TRANSPARENT | MATERIAL_TINTED;
+  if (!FEATURE(FEATURE_PROGRAMS | FEATURE_TRANSPARENCY) || (material.flags & varies) == 0u) return material.emission;
   Hit hit;
   hit.t = distance;
   hit.u = b.x;
@@ -188,45 +128,73 @@ FN vec3 emitter_radiance(IN(SceneData) scene, IN(PathState) path, IN(Emitter) e,
   return radiance * (1.0f - material_transparency(scene, e.material, at).x);
 }
 
-// One sample of the emitting triangles.
-FN bool path_sample_emitter(IN(SceneData) scene, IN(PathState) path, IN(Surface) s, IN(Bsdf) bsdf, IN(Lobe) lobe,
-                            vec3 wo, float u_pick, vec2 u, OUT(ShadowRay) ray) {
-  // 1. Pick a triangle by the cumulated distribution.
-  uint first = 0u;
-  uint last = scene.emitter_count - 1u;
-  while (first < last) {
-    const uint middle = (first + last) / 2u;
-    if (u_pick < LOAD(scene.emitters, middle).cdf) {
-      last = middle;
-    } else {
-      first = middle + 1u;
-    }
-  }
-  const Emitter e = LOAD(scene.emitters, first);
-  // 2. A point on it.
+// One sample of emitting triangle `index`; `scale` is 1 / the number of samples that take it, on average.
+FN bool path_sample_emitter(IN(SceneData) scene, uint index, IN(PathState) path, IN(Surface) s, IN(Bsdf) bsdf,
+                            IN(Lobe) lobe, vec3 wo, vec2 u, float scale, OUT(ShadowRay) ray) {
+  const Emitter e = LOAD(scene.emitters, index);
+  const Instance instance = LOAD(scene.instances, e.instance);
+  // 1. A point on it.
   const vec2 b = triangle_from_square(u);
   const vec3 q = e.v0 + e.edge1 * b.x + e.edge2 * b.y;
   float d;
   const vec3 wi = safe_normalize(q - s.p, d);
-  const float cos_light = abs(dot(e.normal, wi));
-  const float area_pdf = luminance(e.radiance) * scene.emitter_norm;
-  const float pdf = area_pdf * d * d / max(cos_light, 1e-8f);
+  float twice_area;
+  const vec3 normal = safe_normalize(cross(e.edge1, e.edge2), twice_area);
+  const float cos_light = abs(dot(normal, wi));
+  const float pdf = d * d / (0.5f * twice_area * scale * max(cos_light, 1e-8f));
   float bsdf_pdf;
-  const vec3 f = visible_scattering(scene, bsdf, lobe, wo, wi, e.visibility, bsdf_pdf);
+  const vec3 f = visible_scattering(scene, bsdf, lobe, wo, wi, instance.visibility, bsdf_pdf);
   const vec3 radiance = emitter_radiance(scene, path, e, b, wi, d);
   ray.contribution = path.throughput * f * radiance * (power_heuristic(pdf, bsdf_pdf) / pdf);
   ray.direction = wi;
-  ray.group = e.group;
+  ray.group = instance.light_group;
   ray.visibility = VISIBLE_SHADOW;
   ray.t_max = 0.0f;
   ray.origin = s.p;
   const bool self = e.instance == s.instance && e.triangle == s.triangle;
   if (self || cos_light < 1e-8f || !carries_light(ray.contribution)) return false;
-  // 3. Aim from the lifted start at the point itself, and stop short of it.
+  // 2. Aim from the lifted start at the point itself, and stop short of it.
   ray.origin = shadow_ray_origin(scene, smooth_surface(s, bsdf), wi);
   ray.direction = safe_normalize(q - ray.origin, d);
   ray.t_max = d * 0.9999f;
   return true;
+}
+
+FN LightReceiver light_receiver(IN(Surface) s, IN(Lobe) lobe) {
+  LightReceiver at;
+  at.p = s.p;
+  at.n = s.n;
+  at.both_sides = select(scatters_through(lobe), 1u, 0u);
+  return at;
+}
+
+// Weights of the tree's first choice, which all light samples of a vertex share.
+FN LightWeights path_light_weights(IN(SceneData) scene, IN(Surface) s, IN(Lobe) lobe) {
+  return light_weights(scene.light_nodes, 0u, light_receiver(s, lobe));
+}
+
+// Sample number `slot` of `slots` lights that the tree picks at a vertex; INVALID_ID where there is none. `u`: two
+// numbers, of which the first is stratified over the slots.
+FN uint path_pick_light(IN(SceneData) scene, IN(Surface) s, IN(Lobe) lobe, IN(LightWeights) root, uint slot, uint slots,
+                        vec2 u, OUT(float) scale) {
+  float probability;
+  const float stratified = min((float(int(slot)) + u.x) / float(int(slots)), 0.99999994f);
+  const uint light = light_tree_pick(scene, light_receiver(s, lobe), root, stratified, u.y, probability);
+  scale = 1.0f / max(probability * float(int(slots)), 1e-30f);
+  return light;
+}
+
+// One sample of a light as the tree names it.
+FN bool path_sample_picked(IN(SceneData) scene, uint light, IN(PathState) path, IN(Surface) s, IN(Bsdf) bsdf,
+                           IN(Lobe) lobe, vec3 wo, vec2 u, float scale, OUT(ShadowRay) ray) {
+  const uint index = light & LIGHT_CHILD_INDEX;
+  if ((light & LIGHT_CHILD_LAMPS) != 0u) {
+    return path_sample_light(scene, index, path, s, bsdf, lobe, wo, u, scale, ray);
+  }
+  ray.visibility = 0u;
+  // Those of the integrators that look at lamps alone have no emitters.
+  if (!FEATURE(FEATURE_EMISSIVE_MESHES) || index >= scene.emitter_count) return false;
+  return path_sample_emitter(scene, index, path, s, bsdf, lobe, wo, u, scale, ray);
 }
 
 // The background along wi, as a ray shows it that left the surface for it.

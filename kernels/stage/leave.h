@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Rays that leave a surface: which lamp a lane's light sample is of, and how its path goes on.
+// Rays that leave a surface: which light a lane's sample is of, and how its path goes on.
 // LANE and the names in capitals are the device's (cpu_lane.h, entry/vulkan/lane.glsl); what is sampled is told in
 // integrator.h.
 #ifndef COTORRA_STAGE_LEAVE_H
@@ -11,18 +11,22 @@
 namespace cotorra {
 #endif
 
-// The random pair of light sample number `slot` at a vertex.
-FN uint lamp_pair(uint slot) { return PAIR_LIGHTS + slot % LAST_SHARED_PAIR; }
+// The random pair of light sample number `slot` at a vertex. Where each lamp is sampled, the tree's comes after them.
+FN uint light_pair(IN(SceneData) scene, uint slot) {
+  const bool of_tree = slot == scene.light_count && scene.light_count <= LIGHTS_AT_ONCE;
+  return of_tree ? PAIR_EMITTER : PAIR_LIGHTS + slot % LAST_SHARED_PAIR;
+}
 
-// The lamp of light sample number `slot` out of `slots`; of many lamps some are picked, stratified over their
-// importance. INVALID_ID: none can contribute. `scale` is 1 / probability.
-FN uint lamp_of_slot(LANE lane, uint slot, uint slots, float u_pick, IN(Surface) s, IN(Lobe) lobe, OUT(float) scale) {
+// The light of light sample number `slot` out of `slots`, as the tree names it: each lamp in its turn, or what the tree
+// picks. `scale` is 1 / the number of samples that take it, on average. INVALID_ID: there is none.
+// `root`: path_light_weights.
+FN uint light_of_slot(LANE lane, uint slot, uint slots, vec2 u_pick, IN(Surface) s, IN(Lobe) lobe,
+                      IN(LightWeights) root, OUT(float) scale) {
   scale = 1.0f;
-  if (FLAG(JOB_ALL_LIGHTS)) return slot;
-  const float u = (float(slot) + u_pick) / float(slots);
-  const uint index = path_pick_light(SCENE, s, scatters_through(lobe), min(u, 0.99999994f), scale);
-  scale /= float(slots);
-  return index;
+  if (FLAG(JOB_ALL_LIGHTS) && slot < SCENE.light_count) return LIGHT_CHILD_LEAF | LIGHT_CHILD_LAMPS | slot;
+  if (!FEATURE(FEATURE_LIGHT_TREE)) return INVALID_ID;
+  if (FLAG(JOB_ALL_LIGHTS)) return path_pick_light(SCENE, s, lobe, root, 0u, 1u, u_pick, scale);
+  return path_pick_light(SCENE, s, lobe, root, slot, slots, u_pick, scale);
 }
 
 // Takes the path on from its surface: straight through, or along `b`, a sample of what the surface scatters there.
@@ -38,6 +42,7 @@ FN bool go_on(LANE lane, INOUT(PathState) path, IN(Surface) s, LANE_BSDF bsdf, I
   if (FEATURE(FEATURE_HEALTH)) NOTE_SCATTER(lane, path, b);
   if (!goes_on) return false;
   if (SCENE.light_kinds != 0u) path_note_kind(bsdf, lobe, wo, b.wi, path);
+  if (FEATURE(FEATURE_LIGHT_TREE) && scatters_through(lobe)) path.ray_kind |= RAY_BOTH_SIDES;
   // A last ray can only bring light home: where there is none to find, it need not be traced.
   const bool finds =
       FEATURE(FEATURE_BSDF_RAYS) && (FLAG(JOB_LAST_RAYS_FIND_LIGHT) || (path.ray_kind & RAY_MEETS_LAMPS) != 0u);

@@ -20,16 +20,24 @@ FN void add_found(LANE lane, IN(PathState) path, vec3 found, int group) {
   }
 }
 
+FN void meet_light(LANE lane, uint index, IN(PathState) path, vec3 origin, vec3 direction, float t) {
+  int group;
+  const vec3 met = path_meet_light(SCENE, index, path, origin, direction, t, group);
+  if (is_black(met)) return;
+  if (FEATURE(FEATURE_HEALTH)) NOTE_FOUND(lane, path, met, HEALTH_LAMP, index);
+  const vec3 seen = CLAMPED(lane, met, found_limit(JOB.integrator, path));
+  add_found(lane, path, seen, group);
+  if (FEATURE(FEATURE_DATA_PASSES) && path.bounce == 0u) NOTE_EMISSION(lane, seen);
+}
+
 // Lamps on the first t metres of the ray; it goes on behind them.
 FN void meet_lights(LANE lane, IN(PathState) path, vec3 origin, vec3 direction, float t) {
+  const bool many = FEATURE(FEATURE_LIGHT_TREE) && SCENE.light_count > LIGHTS_AT_ONCE;
+  uint place = 0u;
   for (uint l = 0u; l < SCENE.light_count; ++l) {
-    int group;
-    const vec3 met = path_meet_light(SCENE, l, path, origin, direction, t, group);
-    if (is_black(met)) continue;
-    if (FEATURE(FEATURE_HEALTH)) NOTE_FOUND(lane, path, met, HEALTH_LAMP, l);
-    const vec3 seen = CLAMPED(lane, met, found_limit(JOB.integrator, path));
-    add_found(lane, path, seen, group);
-    if (FEATURE(FEATURE_DATA_PASSES) && path.bounce == 0u) NOTE_EMISSION(lane, seen);
+    const uint index = many ? light_tree_next(SCENE, origin, direction, t, place) : l;
+    if (index == INVALID_ID) break;
+    meet_light(lane, index, path, origin, direction, t);
   }
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Stage 4: light samples of each lane at a surface: every lamp or a few picked ones, a point on an emitting triangle,
+// Stage 4: light samples of each lane at a surface: every lamp, or a few lights that the tree picks, the background,
 // and the sky for ambient occlusion. It makes shadow rays and traces none.
 #version 460
 #extension GL_GOOGLE_include_directive : require
@@ -7,15 +7,6 @@
 #include "stage/leave.h"
 #include "stand.glsl"
 #include "whitted.glsl"
-
-bool sample_lamp(uint lane, uint slot, uint slots, float u_pick, uint block_seed, PathState path, Surface s, Bsdf bsdf,
-                 Lobe lobe, vec3 wo, out ShadowRay ray) {
-  float scale;
-  const uint index = lamp_of_slot(lane, slot, slots, u_pick, s, lobe, scale);
-  if (index == INVALID_ID) return false;
-  const vec2 u = vertex_random(path, block_seed, lamp_pair(slot));
-  return path_sample_light(SCENE, index, path, s, bsdf, lobe, wo, u, scale, ray);
-}
 
 // The contribution is shade.comp's, where the ray has one.
 void send_sky(uint lane, PathState path, Surface s, uint block_seed) {
@@ -32,23 +23,24 @@ void send_to_lights(uint lane, PathState path, Surface s, uint block_seed) {
   Bsdf bsdf;
   Lobe lobe;
   if (SCATTERS) scattering_at(lane, path, s, wo, bsdf, lobe);
-  const bool emitters = FEATURE(FEATURE_EMISSIVE_MESHES) && SCENE.emitter_count > 0u;
   const uint world_slots = FEATURE(FEATURE_WORLD_LIGHT) ? 1u : 0u;  // the last
-  const uint lamp_slots = push.light_slots - world_slots - (emitters ? 1u : 0u);
+  const uint slots = push.light_slots - world_slots;
   const vec2 pick = vertex_random(path, block_seed, PAIR_PICK);
+  LightWeights root;
+  if (FEATURE(FEATURE_LIGHT_TREE) && SCENE.tree_picks > 0u) root = path_light_weights(SCENE, s, lobe);
   for (uint slot = 0u; slot < push.light_slots; ++slot) {
     ShadowRay ray;
-    bool sent;
+    bool sent = false;
     if (FEATURE(FEATURE_TOON)) {
       sent = toon_light_ray(SCENE, slot, s, ray);
-    } else if (slot < lamp_slots) {
-      sent = sample_lamp(lane, slot, lamp_slots, pick.x, block_seed, path, s, bsdf, lobe, wo, ray);
-    } else if (slot + world_slots == push.light_slots) {
+    } else if (slot < slots) {
+      float scale;
+      const uint light = light_of_slot(lane, slot, slots, pick, s, lobe, root, scale);
+      const vec2 u = vertex_random(path, block_seed, light_pair(SCENE, slot));
+      if (light != INVALID_ID) sent = path_sample_picked(SCENE, light, path, s, bsdf, lobe, wo, u, scale, ray);
+    } else {
       const vec2 u = vertex_random(path, block_seed, PAIR_WORLD);
       sent = path_sample_world(SCENE, path, s, bsdf, lobe, wo, u, ray);
-    } else {
-      const vec2 u = vertex_random(path, block_seed, PAIR_EMITTER);
-      sent = path_sample_emitter(SCENE, path, s, bsdf, lobe, wo, pick.y, u, ray);
     }
     const uint place = slot * WAVE.lanes + lane;
     if (!sent) {

@@ -1,0 +1,164 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The light tree: its probabilities (tests/native/light_tree_test.cpp), and pictures of many lights beside each alone.
+
+Few lamps are all sampled, so that a picture of one is the truth that the tree's must add up to.
+"""
+
+from __future__ import annotations
+
+import subprocess
+from pathlib import Path
+
+import bpy
+import numpy as np
+import pytest
+from cotorra import native
+
+from light_scenes import assert_as_cycles, ball, box, corner, hang
+from native_build import build_program, compiler
+from scenes import build
+from vulkan_jobs import TRACINGS, Job, compare, job_of, opened, require
+
+
+@pytest.mark.skipif(compiler() is None, reason='no C++ compiler (on Debian: apt-get install g++)')
+def test_frequencies_are_the_probabilities() -> None:
+    program = build_program('light_tree_test', ['tests/native/light_tree_test.cpp', 'native/light_tree.cpp'])
+    result = subprocess.run([program], capture_output=True, text=True, timeout=120)
+    assert result.returncode == 0, result.stdout + result.stderr
+
+
+def emitter(scene: bpy.types.Scene, name: str, triangles: int, strength: float) -> bpy.types.Object:
+    """A strip of triangles that shine, above the corner's floor."""
+    rng = np.random.default_rng(len(name))
+    middles = rng.uniform((-2.0, -1.5, 0.8), (2.0, 1.5, 2.5), (triangles, 1, 3))
+    corners = middles + rng.normal(scale=0.1, size=(triangles, 3, 3))
+    faces = [(3 * i, 3 * i + 1, 3 * i + 2) for i in range(triangles)]
+    mesh = bpy.data.meshes.new(name)
+    mesh.from_pydata(corners.reshape(-1, 3).tolist(), [], faces)
+    mesh.materials.append(build.material(name, Emission_Color=(1.0, 0.8, 0.5, 1.0), Emission_Strength=strength))
+    obj = bpy.data.objects.new(name, mesh)
+    scene.collection.objects.link(obj)
+    return obj
+
+
+def many_lamps(scene: bpy.types.Scene, count: int = 12) -> list[bpy.types.Object]:
+    """Lamps of each kind, near and far, wide and sharp; the sun is among them."""
+    rng = np.random.default_rng(4)
+    lamps = []
+    for i in range(count):
+        kind = ('POINT', 'SPOT', 'AREA', 'SUN')[i % 4]
+        place = rng.uniform((-2.5, -2.0, 0.7), (2.5, 1.5, 3.0))
+        turn = rng.uniform(-0.8, 0.8, 3)
+        size = {'SUN': {'energy': 0.3, 'angle': 0.2}, 'AREA': {'size': 0.6, 'spread': 2.0}}
+        own = size.get(kind, {'shadow_soft_size': 0.15 * (i % 3)})
+        lamps.append(hang(scene, kind, tuple(place), tuple(turn), **{'energy': 15.0} | own))
+    return lamps
+
+
+def shiny(scene: bpy.types.Scene) -> None:
+    box(scene)
+    ball(scene, Base_Color=(0.9, 0.9, 0.9, 1.0), Metallic=1.0, Roughness=0.15)
+
+
+def test_many_lamps_look_as_in_cycles(engine: None, tmp_path: Path) -> None:
+    scene = corner()
+    shiny(scene)
+    many_lamps(scene)
+    assert_as_cycles(scene, tmp_path)
+
+
+def test_emitting_triangles_look_as_in_cycles(engine: None, tmp_path: Path) -> None:
+    scene = corner()
+    shiny(scene)
+    emitter(scene, 'Sparks', 60, 30.0)
+    assert_as_cycles(scene, tmp_path)
+
+
+def test_lamps_and_triangles_look_as_in_cycles(engine: None, tmp_path: Path) -> None:
+    scene = corner()
+    shiny(scene)
+    many_lamps(scene, 9)
+    emitter(scene, 'Sparks', 20, 30.0)
+    assert_as_cycles(scene, tmp_path, bounces=2)
+
+
+def picture(job: Job, **changes: object) -> np.ndarray:
+    return job.render('CPU', **changes)[0]['combined'][..., :3].astype(np.float64)
+
+
+def test_the_tree_adds_up_to_each_lamp_alone(engine: None) -> None:
+    """Twelve pictures of one lamp each, and one of all twelve."""
+    scene = corner()
+    shiny(scene)
+    lamps = many_lamps(scene)
+    module = native.load()
+    settings = {'integrator': 'PATH', 'max_bounces': 1, 'diffuse_bounces': 1, 'glossy_bounces': 1, 'samples': 256}
+    together = job_of(module, scene, **settings)
+    pictures = [picture(together, seed=seed) for seed in (1, 2)]
+    alone = np.zeros_like(pictures[0])
+    for kept in lamps:
+        for lamp in lamps:
+            lamp.hide_render = lamp is not kept
+        alone += picture(job_of(module, scene, **settings))
+    mean = np.mean(pictures, axis=0)
+    noise = np.abs(pictures[0] - pictures[1]).mean() / mean.mean()
+    tiles = [image.reshape(4, 8, 6, 8, 3).mean(axis=(1, 3, 4)) for image in (mean, alone)]
+    assert np.abs(tiles[0] / tiles[1] - 1.0).max() < 0.03, f'{tiles[0] / tiles[1] - 1.0}, noise {noise}'
+    assert abs(mean.mean() / alone.mean() - 1.0) < 0.005
+
+
+def test_what_bounces_find_is_weighed_as_it_is_sampled(engine: None) -> None:
+    """Sampled by the tree and found by bounces alone, triangles give the same light."""
+    scene = corner({'Roughness': 0.3, 'Specular_IOR_Level': 0.5})
+    obj = emitter(scene, 'Sparks', 40, 40.0)
+    obj.scale = (1.0, 1.0, 1.0)
+    module = native.load()
+    settings = {'integrator': 'PATH', 'max_bounces': 0, 'samples': 256}
+    sampled = picture(job_of(module, scene, **settings))
+    obj.data.materials[0].cycles.emission_sampling = 'NONE'
+    found = np.mean(
+        [picture(job_of(module, scene, **settings | {'samples': 1024, 'seed': s})) for s in range(4)], axis=0
+    )
+    assert abs(sampled.mean() / found.mean() - 1.0) < 0.02
+
+
+def test_few_lights_have_no_tree(engine: None, tmp_path: Path) -> None:
+    scene = corner()
+    many_lamps(scene, 8)
+    job = job_of(native.load(), scene)
+    assert 'light tree' not in job.render('CPU')[1]['features']
+    many_lamps(scene, 1)
+    assert 'light tree' in job_of(native.load(), scene).render('CPU')[1]['features']
+
+
+module = pytest.fixture(scope='module')(opened)
+
+
+@pytest.mark.parametrize('tracing', TRACINGS)
+def test_a_graphics_card_picks_the_same(tracing: str, module, engine: None) -> None:
+    require(module, tracing)
+    scene = corner()
+    shiny(scene)
+    many_lamps(scene)
+    emitter(scene, 'Sparks', 30, 30.0)
+    job = job_of(
+        module,
+        scene,
+        integrator='PATH',
+        max_bounces=2,
+        diffuse_bounces=2,
+        glossy_bounces=2,
+        samples=8,
+        ray_tracing=tracing,
+    )
+    cpu, gpu = (job.render(device)[0]['combined'] for device in ('CPU', 'VULKAN'))
+    compare(cpu, gpu, job.fragile('combined'), 'many lights')
+
+
+def test_statistics_tell_of_the_tree(engine: None) -> None:
+    scene = corner()
+    emitter(scene, 'Sparks', 1000, 1.0)
+    told = job_of(native.load(), scene).scene.stats()
+    assert told['emitters'] == 1000
+    assert 48 * 1000 < told['light_bytes'] < 250 * 1000
+    assert 0.0 < told['light_tree_seconds'] < 5.0
