@@ -181,10 +181,7 @@ GROUPS = {
         },
     ),
     'ObjectLightLinking': Group(
-        named=(
-            Named('receiver_collection', 'light linking is not supported yet: all objects are lit by it', (None,)),
-            Named('blocker_collection', 'shadow linking is not supported yet: all objects shadow it', (None,)),
-        ),
+        read='receiver_collection blocker_collection',
     ),
     'Object': Group(
         read='visible_camera visible_diffuse visible_glossy visible_transmission visible_volume_scatter visible_shadow '
@@ -421,9 +418,7 @@ def warn_owner(owner: str, settings: bpy.types.bpy_struct | None, scene: bpy.typ
 def warn_object(obj: bpy.types.Object, parent: bpy.types.Object, scene: bpy.types.Scene, log: Log) -> None:
     """An object, and what it takes from its instancer, which is itself where it stands on its own."""
     kind = 'Light' if obj.type == 'LIGHT' else 'Object'
-    if parent != obj:
-        warn_owner(f'Object "{parent.name}"', parent.light_linking, scene, log)
-    for settings in (obj, obj.light_linking, getattr(obj, 'cycles', None)):
+    for settings in (obj, getattr(obj, 'cycles', None)):
         warn_owner(f'{kind} "{obj.name}"', settings, scene, log)
     for modifier in obj.modifiers:
         if getattr(modifier, 'use_adaptive_subdivision', False) and modifier.show_render:

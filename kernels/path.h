@@ -68,7 +68,7 @@ struct ShadowRay {
   vec3 direction;
   int group;
   vec3 contribution;
-  uint visibility;  // VISIBLE_SHADOW, or 0 where the light casts no shadow
+  uint visibility;  // VISIBLE_SHADOW, 0 where the light casts no shadow, or the sets of a linked one
 };
 
 FN void path_begin(uint random, OUT(PathState) path) {

@@ -37,6 +37,7 @@ const uint FEATURE_WORLD_LIGHT = 262144u;  // the world varies, and is sampled a
 const uint FEATURE_AREA_LIGHTS = 524288u;  // a lamp is a rectangle or an ellipse; implies FEATURE_SOFT_LIGHTS
 const uint FEATURE_HEALTH = 1048576u;      // bad samples are counted, with where they came to be (CPU)
 const uint FEATURE_LIGHT_TREE = 2097152u;  // lights are picked by a tree: meshes that emit, or many lamps
+const uint FEATURE_LIGHT_LINKING = 4194304u;  // some lights light, or are shadowed by, some objects alone
 
 // ---- Ray visibility, as Blender's visible_* flags; also Embree's ray masks.
 const uint VISIBLE_CAMERA = 1u;
@@ -55,6 +56,10 @@ const uint RAY_MEETS_LAMPS = 512u;  // it left a MATERIAL_SHARP
 const uint RAY_BLURRED = 1024u;     // on its way, the path was scattered widely
 const uint RAY_SHOWN = 2048u;  // mirrors and clear glass lie behind it, and no surface that a denoiser was shown
 const uint RAY_BOTH_SIDES = 4096u;  // it left a surface that light from behind reaches
+const uint RAY_SET_SHIFT = 16u;  // above, six bits: the set of objects that it left one of (LightLink.set)
+
+// The sets of objects that shadow are bits of visibility, of instances and of shadow rays to lights that are linked.
+const uint SHADOW_SET_SHIFT = 8u;
 
 // What a ray that left a diffuse surface does not meet (SceneData.no_caustics).
 const uint CAUSTICS_REFLECTIVE = 1u;
@@ -254,6 +259,13 @@ const uint INSTANCE_IDENTITY = 1u;  // the transform is the identity
 const uint INSTANCE_COPLANAR = 4u;  // some of its triangles may lie in one plane with others
 const uint INSTANCE_TERMINATOR_SHIFT = 16u;  // above: Cycles' shadow terminator geometry offset, 0 to 65535
 
+// What a lamp, or an instance that may emit, lights, and what shadows it; see native/scene_lights.cpp.
+struct LightLink {
+  uvec2 sets;  // of objects that it lights, one a bit
+  uint shadows;  // visibility of shadow rays to it
+  uint set;  // of an instance: the set that it is lit with
+};
+
 // One emitting triangle, in world space. It shines to both sides.
 struct Emitter {
   vec3 v0;
@@ -288,6 +300,8 @@ BUFFER_REF(Mesh, MeshBuffer)
 BUFFER_REF(Instance, InstanceBuffer)
 BUFFER_REF(Emitter, EmitterBuffer)
 BUFFER_REF(MaterialModel, MaterialModelBuffer)
+BUFFER_REF(LightLink, LightLinkBuffer)
+BUFFER_REF(uvec2, Uvec2Buffer)
 
 // ---- What programs read. All of the buffers are null where no material is a program (without FEATURE_PROGRAMS).
 const uint TEXELS_UINT8 = 0u;  // the largest number of both integer kinds is 1
@@ -428,6 +442,8 @@ RECORD(SceneData) {
   FloatBuffer light_nodes;  // [nodes * LIGHT_NODE_FLOATS] of the light tree; null where no light is picked by it
   UintBuffer light_parents;  // [nodes] place of each node: node x LIGHT_FANOUT + child; INVALID_ID for the first
   UintBuffer light_places;  // [lamps] in the tree; where meshes emit, [instances] where their triangles begin in here
+  LightLinkBuffer light_links;  // [lamps + instances]; null where nothing is linked
+  Uvec2Buffer light_node_sets;  // [nodes * LIGHT_FANOUT] LightLink.sets of all lights of a child together
   RayTracerBuffer tracer;  // null where no program traces rays
   ObjectSpace camera_space;  // x to the right, y up, z forward
   vec4 camera_window;  // left, bottom, 1 / width, 1 / height of the picture at distance 1, or in metres
@@ -451,12 +467,14 @@ RECORD(SceneData) {
   uint world_max_bounces;  // last bounce that it lights
   float sharp_roughness;  // Principled: from here on bounces leave lamps to light sampling
   uint seed;  // of the random numbers of programs
+  uint light_linking;  // 1: there are light_links
+  uint unused;
 };
 
 #ifdef __cplusplus
 static_assert(sizeof(Light) == 128 && sizeof(Material) == 64 && sizeof(Mesh) == 56 && sizeof(Instance) == 112 &&
-              sizeof(Emitter) == 48 && sizeof(LightShape) == 32 && sizeof(MaterialModel) == 160 &&
-              sizeof(ClassicMaterial) == 64 && sizeof(SceneData) == 432);
+              sizeof(Emitter) == 48 && sizeof(LightLink) == 16 && sizeof(LightShape) == 32 &&
+              sizeof(MaterialModel) == 160 && sizeof(ClassicMaterial) == 64 && sizeof(SceneData) == 456);
 static_assert(sizeof(Texture) == 32 && sizeof(MeshTextures) == 128 && sizeof(ObjectSpace) == 64 &&
               sizeof(InstanceInfo) == 32 && sizeof(LightProgram) == 136);
 }  // namespace cotorra

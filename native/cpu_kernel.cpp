@@ -230,13 +230,14 @@ class Renderer {
       shape_lamp(scene_.light_shapes.v[index], light, b_.shading, lanes, b_.light);
     }
     if (bounce > light.max_bounces) return;
-    const uint mask = (light.flags & LIGHT_CAST_SHADOW) != 0u ? VISIBLE_SHADOW : 0u;
+    const uint mask = (light.flags & LIGHT_CAST_SHADOW) != 0u ? light_shadows(scene_, index) : 0u;
     for (std::size_t i = 0; i < static_cast<std::size_t>(lanes); ++i) {
       const vec3 contribution = b_.light.contribution.get(i);
       if (FEATURE(FEATURE_HEALTH) && bad_light(contribution, INFINITE_DISTANCE) != BAD_KINDS) {
         note_lit(tracer_, i, b_.slot[i], contribution, index);
       }
       if (!carries_light(contribution)) continue;
+      if (has_links(scene_) && !light_lights(scene_, index, receiver_set(scene_, b_.surface[i].instance))) continue;
       vec3 origin = b_.light.origin.get(i);
       if (scene_.starts_at_point != 0u) origin = surface_start(scene_, b_.surface[i], b_.light.wi.get(i));
       if (b_.light.lift[i] > 0.0f) {

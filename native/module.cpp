@@ -117,6 +117,14 @@ SceneInput read_scene(nb::handle buffers, std::vector<nb::object> &keep) {
   in.lights.spread = view<float, float>(lights, "spread", keep);
   in.lights.ellipse = view<uint, std::uint32_t>(lights, "ellipse", keep);
 
+  const nb::object linking = nb::getattr(buffers, "linking");
+  if (!linking.is_none()) {
+    in.linking.receiver = view<uint, std::uint32_t>(linking, "receiver", keep);
+    in.linking.blocker = view<uint, std::uint32_t>(linking, "blocker", keep);
+    in.linking.light_sets = view<uvec2, std::uint32_t>(linking, "light_sets", keep);
+    in.linking.shadow_sets = view<uint, std::uint32_t>(linking, "shadow_sets", keep);
+  }
+
   const nb::object world = nb::getattr(buffers, "world");
   const auto color = nb::cast<std::array<float, 3>>(nb::getattr(world, "color"));
   in.world = {color[0], color[1], color[2]};

@@ -151,8 +151,10 @@ void Scene::prepare(SceneInput &input, const Scene *previous) {
   estimate_emission(input.materials);
   prepare_world(input);
   estimate_lights();
+  prepare_links(input.linking, input.lights.type.size());
   prepare_emitters();
   prepare_light_tree();
+  gather_node_sets();
   prepare_features();
   find_coplanar();
   stats_.bytes = instances_.size() * sizeof(Instance) + materials_.size() * sizeof(Material) +
@@ -213,6 +215,7 @@ void Scene::validate(const SceneInput &in) const {
   if (!in.lights.shader.empty()) require_size(in.lights.shader, lights, "lights.shader");
   validate_light_shapes(in.lights);
   validate_area_lights(in.lights);
+  validate_linking(in.linking, lights, n);
   validate_shaders(in);
 }
 
@@ -262,11 +265,13 @@ void Scene::prepare_instances(const SceneInput &in) {
   std::vector<uint> order(n);
   std::iota(order.begin(), order.end(), 0u);
   std::stable_sort(order.begin(), order.end(), [&](uint a, uint b) {
-    return source.mesh[a] != source.mesh[b] ? source.mesh[a] < source.mesh[b]
-                                            : source.visibility[a] < source.visibility[b];
+    if (source.mesh[a] != source.mesh[b]) return source.mesh[a] < source.mesh[b];
+    if (source.visibility[a] != source.visibility[b]) return source.visibility[a] < source.visibility[b];
+    return !in.linking.blocker.empty() && in.linking.blocker[a] < in.linking.blocker[b];
   });
   prepare_object_spaces(in, order);
   prepare_infos(in, order);
+  if (!in.linking.blocker.empty()) instance_order_ = order;
   instances_.resize(n);
   for (std::size_t k = 0; k < n; ++k) {
     const std::size_t i = order[k];
@@ -286,6 +291,9 @@ void Scene::prepare_instances(const SceneInput &in) {
     instance.material_count = source.material_count[i];
     instance.pass_index = source.pass_index[i];
     instance.visibility = source.visibility[i] & VISIBLE_ANYHOW;
+    if (!in.linking.blocker.empty() && (instance.visibility & VISIBLE_SHADOW) != 0) {
+      instance.visibility |= 1u << (SHADOW_SET_SHIFT + in.linking.blocker[i]);
+    }
     instance.light_group = source.light_group[i];
     const float terminator = clamp(source.terminator[i], 0.0f, 1.0f);
     instance.flags = static_cast<uint>(std::lround(terminator * 65535.0f)) << INSTANCE_TERMINATOR_SHIFT;

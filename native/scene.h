@@ -91,7 +91,15 @@ struct LightsInput {
   std::span<const uint> ellipse{};
 };
 
+// Which of the lights and instances light which instances, and are shadowed by which; empty where nothing is linked.
+struct LinkingInput {
+  std::span<const uint> receiver, blocker;  // [instances] sets
+  std::span<const uvec2> light_sets;        // [lights + instances]
+  std::span<const uint> shadow_sets;        // [lights + instances]
+};
+
 struct SceneInput {
+  LinkingInput linking;
   std::vector<MeshInput> meshes;
   InstancesInput instances;
   MaterialsInput materials;
@@ -141,6 +149,7 @@ LightShape shape_light(const LightsInput &lights, std::size_t index, Light &ligh
 void set_lamp_pass(int pass, Light &light);
 void validate_light_shapes(const LightsInput &lights);
 void validate_area_lights(const LightsInput &lights);
+void validate_linking(const LinkingInput &linking, std::size_t lights, std::size_t instances);
 
 // Which memory the arrays of a mesh are: equal only for the same arrays, as long as their owner lives.
 using MeshIdentity = std::array<std::pair<const void *, std::size_t>, 9>;
@@ -220,6 +229,8 @@ class Scene {
   const CompiledShader &compiled(std::size_t material) const;
   std::span<const float> world_table() const { return world_table_.cumulated; }
   const LightTree &light_tree() const { return light_tree_; }
+  std::span<const LightLink> light_links() const { return light_links_; }
+  std::span<const uvec2> light_node_sets() const { return light_node_sets_; }
   std::span<const LightProgram> light_programs() const { return light_programs_; }
   static std::span<const float> albedo();
 
@@ -245,6 +256,8 @@ class Scene {
   void prepare_mesh_textures(const SceneInput &input);
   void note_frame(std::size_t mesh, const Instance &instance);  // of a mesh that is moved to world space
   void prepare_lights(const LightsInput &input);
+  void prepare_links(const LinkingInput &input, std::size_t lights);  // after lamps and instances
+  void gather_node_sets();                                             // after the light tree
   void prepare_world(const SceneInput &input);        // after the programs and images
   LightProgram program_light(const LightsInput &input, std::size_t index, Light &light) const;
   // How bright lamps are whose emission varies, where all else of the scene is known.
@@ -294,6 +307,9 @@ class Scene {
   std::vector<LightProgram> light_programs_;  // empty where no lamp is a LIGHT_PROGRAM
   std::vector<Emitter> emitters_;
   LightTree light_tree_;
+  std::vector<LightLink> light_links_;  // of lamps, then of instances; empty where nothing is linked
+  std::vector<uvec2> light_node_sets_;
+  std::vector<uint> instance_order_;    // place of each instance in the exporter's list
   WorldTable world_table_;
   SceneData data_{};
   SceneStats stats_;

@@ -163,7 +163,7 @@ void Scene::build(const std::atomic<bool> &cancel, const Scene *previous) {
     bvh->scene = made(rtc.new_scene(embree_->handle));
     rtc.set_scene_flags(bvh->scene, flags);
     rtc.set_scene_progress_monitor(bvh->scene, keep_building, cancel_pointer);
-    attach(bvh->scene, triangle_geometry(k), VISIBLE_ANYHOW, 0);
+    attach(bvh->scene, triangle_geometry(k), ~0u, 0);  // its instances have masks
     rtc.commit_scene(bvh->scene);
     check_embree("building that of mesh '" + storage_[k]->name + "'");
     mesh_bvhs_[k] = bvh;

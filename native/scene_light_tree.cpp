@@ -178,6 +178,27 @@ void Scene::prepare_light_tree() {
   stats_.light_tree_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
 }
 
+void Scene::gather_node_sets() {
+  if (light_links_.empty() || light_tree_.nodes.empty()) return;
+  light_node_sets_.assign(light_tree_.parents.size() * LIGHT_FANOUT, {0u, 0u});
+  for (std::size_t place = light_node_sets_.size(); place-- > 0;) {  // children come after their parents
+    const std::size_t node = place / LIGHT_FANOUT;
+    const uint child = floatBitsToUint(
+        light_tree_.nodes[node * LIGHT_NODE_FLOATS + LIGHT_ROW_CHILD * LIGHT_FANOUT + place % LIGHT_FANOUT]);
+    const uint index = child & LIGHT_CHILD_INDEX;
+    if ((child & LIGHT_CHILD_LEAF) != 0) {
+      const std::size_t link = (child & LIGHT_CHILD_LAMPS) != 0 ? index : lights_.size() + emitters_[index].instance;
+      light_node_sets_[place] = light_links_[link].sets;
+    }
+    const uvec2 sets = light_node_sets_[place];
+    const uint parent = light_tree_.parents[node];
+    if (parent == INVALID_ID) continue;
+    light_node_sets_[parent].x |= sets.x;
+    light_node_sets_[parent].y |= sets.y;
+  }
+  data_.light_node_sets = {light_node_sets_.data()};
+}
+
 // From places of lamps and emitters to places of lamps, instances and triangles.
 void Scene::place_emitters() {
   if (emitters_.empty()) return;

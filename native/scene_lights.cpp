@@ -111,6 +111,37 @@ double shape_area_light(const LightsInput &in, std::size_t i, Light &light) {
   return std::max(in.ellipse[i] != 0 ? 0.25 * std::numbers::pi * area : area, 1e-30);
 }
 
+void validate_linking(const LinkingInput &in, std::size_t lights, std::size_t instances) {
+  if (in.receiver.empty() && in.blocker.empty() && in.light_sets.empty() && in.shadow_sets.empty()) return;
+  if (in.receiver.size() != instances || in.blocker.size() != instances || in.light_sets.size() != lights + instances ||
+      in.shadow_sets.size() != lights + instances) {
+    throw std::invalid_argument("linking.receiver and blocker must have " + std::to_string(instances) +
+                                " entries, light_sets and shadow_sets " + std::to_string(lights + instances));
+  }
+  const auto require_set = [](uint value, uint count, const char *name, std::size_t i) {
+    if (value < count) return;
+    throw std::invalid_argument(std::string("linking.") + name + "[" + std::to_string(i) +
+                                "] = " + std::to_string(value) + ", must be below " + std::to_string(count));
+  };
+  for (std::size_t i = 0; i < instances; ++i) {
+    require_set(in.receiver[i], 64, "receiver", i);
+    require_set(in.blocker[i], 32 - SHADOW_SET_SHIFT, "blocker", i);
+  }
+}
+
+void Scene::prepare_links(const LinkingInput &in, std::size_t lights) {
+  if (in.light_sets.empty()) return;
+  const auto link = [&](std::size_t i, uint set) {
+    const bool all = in.shadow_sets[i] == ~0u;
+    light_links_.push_back({in.light_sets[i], all ? VISIBLE_SHADOW : in.shadow_sets[i] << SHADOW_SET_SHIFT, set});
+  };
+  for (const Light &light : lights_) link(light.name_index, 0);
+  for (const uint i : instance_order_) link(lights + i, in.receiver[i]);
+  data_.light_links = {light_links_.data()};
+  data_.light_linking = 1;
+  features_ |= FEATURE_LIGHT_LINKING;
+}
+
 // The world's light, and the table by which it is sampled.
 void Scene::prepare_world(const SceneInput &in) {
   bool varies = false;

@@ -144,6 +144,8 @@ std::vector<Mesh> upload_scene(const Scene &scene, std::uint32_t features, Uploa
   data.light_nodes.v = uploader.put(std::span(tree.nodes), "lights");
   data.light_parents.v = uploader.put(std::span(tree.parents), "lights");
   data.light_places.v = uploader.put(std::span(tree.places), "lights");
+  data.light_links.v = uploader.put(scene.light_links(), "lights");
+  data.light_node_sets.v = uploader.put(scene.light_node_sets(), "lights");
   data.albedo.v = uploader.put(scene.albedo(), "albedo tables");
   data.filter_table.v = uploader.put(std::span(data.filter_table.v, FILTER_TABLE_SIZE), "the pixel filter");
   const std::size_t models = (features & FEATURE_MODELS) != 0 ? data.material_count : 0;

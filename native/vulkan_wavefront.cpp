@@ -103,7 +103,7 @@ class WavefrontOnCard final : public Wavefront {
     const std::uint32_t picks = bounce == 0 ? job_.scene->tree_picks : 1;
     const bool emitters = has(FEATURE_LIGHT_TREE) && job_.scene->emitter_count > 0;
     const bool world = has(FEATURE_WORLD_LIGHT);
-    return (all_lights() ? job_.scene->light_count : picks) + (emitters ? 1 : 0) + (world ? 1 : 0);
+    return (all_lights() ? job_.scene->light_count + (emitters ? 1 : 0) : picks) + (world ? 1 : 0);
   }
   std::uint32_t shadow_slots() const { return light_slots(0) + (sky_slot(0) != INVALID_ID ? 1 : 0); }
   // The place of the one to the sky.

@@ -247,7 +247,7 @@ class SceneBuilder {
       box.add(item.hi);
     }
     return build_tree(items, out_.triangles.size(), mesh_depth_,
-                      [&](std::uint32_t index) { push_triangle(mesh, index, INVALID_ID, VISIBLE_ANYHOW); });
+                      [&](std::uint32_t index) { push_triangle(mesh, index, INVALID_ID, ~0u); });
   }
 
   void build_top(const std::vector<std::uint32_t> &roots, const std::vector<Box> &boxes) {

@@ -117,15 +117,18 @@ PROGRAMS = [
     ),
 ]
 
-RECEIVER = ('LightReceiver', records('LightReceiver', p=points(), n=directions(), both_sides=integers(2)))
+RECEIVER = (
+    'LightReceiver',
+    records('LightReceiver', p=points(), n=directions(), both_sides=integers(2), set=integers(64)),
+)
 PLACE = ('uint', integers(16))
 
 TREE = [
     Case(
         'light_bounds',
         'const int child = int(place % LIGHT_FANOUT); const uint node = place / LIGHT_FANOUT;'
-        'bound = light_bound(scene.light_nodes, node, child, at); few = light_bounds(scene.light_nodes, node, at);'
-        'weights = light_weights(scene.light_nodes, node, at); sum = light_weights_sum(weights);'
+        'bound = light_bound(scene.light_nodes, node, child, at); few = light_bounds(scene, node, at);'
+        'weights = light_weights(scene, node, at); sum = light_weights_sum(weights);'
         'near = select(light_child_near(scene.light_nodes, node, child, at), 1u, 0u);'
         'less = cos_less(a, sqrt(1.0f - a * a), b, sqrt(1.0f - b * b));'
         'bits = light_child(scene.light_nodes, node, child);'
@@ -139,7 +142,7 @@ TREE = [
     ),
     Case(
         'light_picks',
-        'const LightWeights root = light_weights(scene.light_nodes, 0u, at);'
+        'const LightWeights root = light_weights(scene, 0u, at);'
         'light = light_tree_pick(scene, at, root, u, fresh, probability);'
         'chance = light_tree_probability(scene, place, at); of_lamp = light_place_of_lamp(scene, lamp);'
         'of_triangle = light_place_of_triangle(scene, instance, triangle);',
@@ -168,9 +171,15 @@ TREE = [
     Case(
         'light_chances',
         'area = surface_area(scene, s); picks = found_picks(scene, path);'
-        'chance = found_probability(scene, path, place, p, d, far);',
-        {'s': SURFACE, 'path': PATH, 'place': PLACE, 'p': POINT, 'd': DIRECTION, 'far': POSITIVE},
-        {'area': 'float', 'picks': 'float', 'chance': 'float'},
+        'chance = found_probability(scene, path, place, p, d, far);'
+        'links = select(has_links(scene), 1u, 0u); set = receiver_set(scene, s.instance);'
+        'lights = select(light_lights(scene, place % 11u, other), 1u, 0u); shadows = light_shadows(scene, place % 11u);'
+        'came = path_set(path); apart = select(path_unlinked(scene, path, place % 11u), 1u, 0u);'
+        'holds = select(sets_hold(uvec2(other * 77u, other << 27u), other), 1u, 0u);',
+        {'s': SURFACE, 'path': PATH, 'place': PLACE, 'p': POINT, 'd': DIRECTION, 'far': POSITIVE}
+        | {'other': ('uint', integers(64))},
+        {'area': 'float', 'picks': 'float', 'chance': 'float', 'links': 'uint', 'set': 'uint', 'lights': 'uint'}
+        | {'shadows': 'uint', 'came': 'uint', 'apart': 'uint', 'holds': 'uint'},
         ROUNDING,
         scene=True,
     ),

@@ -213,7 +213,7 @@ STAGES = [
         'gain = light_contribution(light, l, bsdf, o, path.throughput, 2.0f);'
         'casts = select(light_shadow_ray(scene, light, s, path.bounce, l.wi, l.distance, gain, shadow), 1u, 0u);'
         'lit = select(path_sample_light(scene, lamp, path, s, bsdf, lobe, o, u, 2.0f, ray), 1u, 0u);'
-        'const LightWeights root = path_light_weights(scene, s, lobe); receives = light_receiver(s, lobe);'
+        'const LightWeights root = path_light_weights(scene, s, lobe); receives = light_receiver(scene, s, lobe);'
         'pick = path_pick_light(scene, s, lobe, root, 1u, 3u, u, scale);'
         'const Surface start = smooth_surface(s, bsdf); smooth_n = start.n;',
         {'material': MATERIAL, 's': SURFACE, 'wo': WO, 'wi': DIRECTION, 'mask': ('uint', integers(64)), 'lamp': LAMP}

@@ -281,7 +281,7 @@ def scene() -> Scene:
     data['world'], data['world_visibility'] = (0.2, 0.4, 0.7), known['VISIBLE_ALL']
     data['world_width'], data['world_height'], data['world_sampled'] = *WORLD, known['VISIBLE_ALL']
     data['world_sun'], data['world_sun_cap'], data['world_sun_share'] = (0.48, 0.6, 0.64), 0.05, 0.25
-    data['tree_picks'] = 3
+    data['tree_picks'], data['light_linking'] = 3, 1
     made = Scene(
         data=data,
         arrays={
@@ -334,7 +334,11 @@ def light_tree(rng: np.random.Generator) -> dict[str, np.ndarray]:
     rows[:, known['LIGHT_ROW_CHILD']] = children.view(np.float32)
     of_triangles = rng.choice((known['INVALID_ID'], LIGHTS, fanout, fanout + 3), INSTANCES * TRIANGLES)
     firsts = LIGHTS + INSTANCES + TRIANGLES * np.arange(INSTANCES)
+    links = records('LightLink', sets=vectors(integers(), 2), shadows=integers(1 << 31), set=integers(64))
     return {
+        'light_links': links(rng, LIGHTS + INSTANCES),
+        'light_node_sets': rng.integers(0, 1 << 32, (2 * fanout, 2), np.uint32)
+        | rng.integers(0, 1 << 32, (2 * fanout, 2), np.uint32),
         'light_nodes': rows.ravel(),
         'light_parents': np.array((known['INVALID_ID'], fanout - 1), np.uint32),
         'light_places': np.concatenate((np.arange(LIGHTS), firsts, of_triangles)).astype(np.uint32),
@@ -398,7 +402,8 @@ def surfaces(rng: np.random.Generator, n: int) -> np.ndarray:
 def paths(rng: np.random.Generator, n: int) -> np.ndarray:
     """States of paths that are under way."""
     known = constants()
-    kinds = (known['VISIBLE_CAMERA'] | known['RAY_SHOWN'], known['VISIBLE_DIFFUSE'], known['VISIBLE_GLOSSY'])
+    glossy = known['VISIBLE_GLOSSY'] | known['RAY_BOTH_SIDES'] | 37 << known['RAY_SET_SHIFT']
+    kinds = (known['VISIBLE_CAMERA'] | known['RAY_SHOWN'], known['VISIBLE_DIFFUSE'], glossy)
     return records(
         'PathState',
         throughput=colors(2.0),

@@ -107,10 +107,6 @@ def _cull(scene: bpy.types.Scene, how: str) -> None:
     setattr(scene.objects['Square'].cycles, how, True)
 
 
-def _link(scene: bpy.types.Scene, what: str) -> None:
-    setattr(scene.objects['Point'].light_linking, what, bpy.data.collections.new('Some'))
-
-
 def _glass_film(scene: bpy.types.Scene) -> None:
     scene.render.film_transparent = scene.cycles.film_transparent_glass = True
 
@@ -137,8 +133,6 @@ NAMED = {
     'motion blur': (lambda scene: setattr(scene.render, 'use_motion_blur', True), 'Scene "Scene": motion blur'),
     'camera culling': (lambda scene: _cull(scene, 'use_camera_cull'), 'Object "Square": camera culling'),
     'distance culling': (lambda scene: _cull(scene, 'use_distance_cull'), 'Object "Square": distance culling'),
-    'light linking': (lambda scene: _link(scene, 'receiver_collection'), 'Light "Point": light linking'),
-    'shadow linking': (lambda scene: _link(scene, 'blocker_collection'), 'Light "Point": shadow linking'),
     'terminator': (
         lambda scene: setattr(scene.objects['Square'], 'shadow_terminator_shading_offset', 0.5),
         'Object "Square": the shading offset of its shadow terminator (0.5)',
@@ -205,12 +199,6 @@ def without_effect(scene: bpy.types.Scene) -> None:
 def test_what_changes_nothing_is_not_named(scene):
     without_effect(scene)
     assert warnings(scene) == []
-
-
-def test_light_linking_of_an_instancer_is_named(scene):
-    empty = build.collection_instance(scene, 'Group', [build.light(scene, 'SPOT')])
-    empty.light_linking.receiver_collection = bpy.data.collections.new('Some')
-    assert [text for text in warnings(scene) if 'Object "Group": light linking' in text]
 
 
 def test_portals_give_no_light_and_are_no_fault(scene):

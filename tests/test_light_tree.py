@@ -98,7 +98,7 @@ def test_the_tree_adds_up_to_each_lamp_alone(engine: None) -> None:
     alone = np.zeros_like(pictures[0])
     for kept in lamps:
         for lamp in lamps:
-            lamp.hide_render = lamp is not kept
+            lamp.hide_viewport = lamp is not kept  # this depsgraph is a viewport's
         alone += picture(job_of(module, scene, **settings))
     mean = np.mean(pictures, axis=0)
     noise = np.abs(pictures[0] - pictures[1]).mean() / mean.mean()

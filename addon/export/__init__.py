@@ -16,7 +16,7 @@ import numpy as np
 from .. import cycles_settings
 from ..log import Log
 from ..sync.kept import Kept
-from . import camera, instance_info, instances, layers, lights, materials, shapes, studio, world
+from . import camera, instance_info, instances, layers, lights, linking, materials, shapes, studio, world
 from .buffers import I32, Camera, SceneBuffers
 from .images import ImageTable
 from .nodes import Trees
@@ -131,13 +131,15 @@ def _export(
     objects, items = shapes.instance_arrays(found, meshes, shape_of, walk.transforms[shown], table, log)
     objects = instance_info.with_info(objects, walk, shown[items], needed, depsgraph)
     surfaces, slots = materials.material_arrays(table, engine_scene)
+    links = linking.read_links(walk.groups, log)
+    shining, lamp_of = lights.usable(lamps, walk.transforms, shining, lamp_of, log)
     kept.end()
     return SceneBuffers(
         meshes=tuple(meshes.arrays),
         instances=objects,
         materials=surfaces,
         material_slots=slots,
-        lights=lights.light_arrays(lamps, walk.transforms[shining], lamp_of, view_layer, log),
+        lights=lights.light_arrays(lamps, walk.transforms[shining], lamp_of, view_layer),
         world=background,
         light_groups=tuple(light_groups),
         uv_layers=needed.uv_layers,
@@ -145,6 +147,7 @@ def _export(
         shaders=shaders.resolved(needed.numbers),
         attribute_layers=needed.attribute_layers,
         instance_layers=needed.instance_layers,
+        linking=links and links.arrays(walk.group_of[shining], walk.group_of[shown[items]]),
     )
 
 

@@ -173,6 +173,23 @@ class Instances:
 
 
 @dataclass(frozen=True, slots=True)
+class Linking:
+    """Which of the L lights and I instances light which instances, and which instances shadow them.
+
+    receiver:    (I,) uint32 below 64: the set of objects that the instance is lit with.
+    blocker:     (I,) uint32 below 24: the set of objects that it shadows with.
+    light_sets:  (L + I, 2) uint32 of each light, then of each instance, which may emit: the sets that it lights, one a
+                 bit, the lowest first.
+    shadow_sets: (L + I,) uint32 the sets that shadow it; all 32 bits set where nothing is linked.
+    """
+
+    receiver: U32
+    blocker: U32
+    light_sets: U32
+    shadow_sets: U32
+
+
+@dataclass(frozen=True, slots=True)
 class Image:
     """One image, once in memory however many materials use it, in the depth of its file.
 
@@ -311,6 +328,7 @@ class SceneBuffers:
                     `Instances.attributes`. A UV map is (u, v, 0) and u as a number. Names that begin with a control
                     character are made up by export/attributes.py.
     instance_layers: indices into attribute_layers of those with one value for each instance.
+    linking:        None where every light lights everything.
     """
 
     meshes: tuple[Mesh, ...]
@@ -326,6 +344,7 @@ class SceneBuffers:
     shaders: tuple[Shader, ...] = ()
     attribute_layers: tuple[str, ...] = ('',)
     instance_layers: tuple[int, ...] = ()
+    linking: Linking | None = None
 
 
 @dataclass(frozen=True, slots=True)

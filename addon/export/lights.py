@@ -110,12 +110,8 @@ def _area(light: bpy.types.AreaLight, size: float, warn: bounds.Warn) -> dict[st
     }
 
 
-def light_arrays(lamps: list[Lamp], transforms: F32, lamp_of: I32, view_layer: bpy.types.ViewLayer, log: Log) -> Lights:
+def light_arrays(lamps: list[Lamp], transforms: F32, lamp_of: I32, view_layer: bpy.types.ViewLayer) -> Lights:
     """One light for each transform (N, 3, 4), with the properties of its lamp."""
-    usable = _usable(transforms)
-    for index in sorted(set(lamp_of[~usable].tolist())):
-        log.warning(f'Light "{lamps[index].name}": its transform is not invertible or not finite: left out')
-    lamp_of = lamp_of[usable]
 
     def column(name: str, dtype: type, *shape: int) -> np.ndarray:
         values = np.array([getattr(lamp, name) for lamp in lamps], dtype).reshape(len(lamps), *shape)
@@ -128,7 +124,7 @@ def light_arrays(lamps: list[Lamp], transforms: F32, lamp_of: I32, view_layer: b
     return Lights(
         type=column('type', np.uint32),
         strength=column('strength', np.float32, 3),
-        transform=np.ascontiguousarray(transforms[usable]),
+        transform=np.ascontiguousarray(transforms),
         size=column('size', np.float32),
         spot_size=column('spot_size', np.float32),
         spot_blend=column('spot_blend', np.float32),
@@ -165,6 +161,14 @@ def _strength(light: bpy.types.Light, warn: Callable[[str], None]) -> Color:
         warn('its strength is not a finite number: left out')
         return BLACK
     return bounds.color(color, BLACK, 'its strength', warn)
+
+
+def usable(lamps: list[Lamp], transforms: F32, lit: I32, lamp_of: I32, log: Log) -> tuple[I32, I32]:
+    """Of the instances `lit` of the lamps `lamp_of`, those whose transform (N, 3, 4) a lamp can have."""
+    good = _usable(transforms[lit])
+    for index in sorted(set(lamp_of[~good].tolist())):
+        log.warning(f'Light "{lamps[index].name}": its transform is not invertible or not finite: left out')
+    return lit[good], lamp_of[good]
 
 
 def _usable(transforms: F32) -> np.ndarray:

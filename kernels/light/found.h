@@ -43,6 +43,14 @@ FN vec3 path_light_program(IN(SceneData) scene, uint index, IN(Light) light, IN(
   return light_numbers(program_value(scene, at, program.emission, program.constants));
 }
 
+// The set of objects that the path's vertex before its ray is one of.
+FN uint path_set(IN(PathState) path) { return (path.ray_kind >> RAY_SET_SHIFT) & 63u; }
+
+// Is this light hidden from the ray, as the vertex before it is not lit by it? The camera sees it.
+FN bool path_unlinked(IN(SceneData) scene, IN(PathState) path, uint link) {
+  return has_links(scene) && path.bounce > 0u && !light_lights(scene, link, path_set(path));
+}
+
 // How many light samples the tree draws at the vertex before a ray's.
 FN float found_picks(IN(SceneData) scene, IN(PathState) path) {
   return path.bounce == 1u ? float(int(scene.tree_picks)) : 1.0f;
@@ -56,6 +64,7 @@ FN float found_probability(IN(SceneData) scene, IN(PathState) path, uint place, 
   at.p = p - direction * distance;
   at.n = path.normal;
   at.both_sides = path.ray_kind & RAY_BOTH_SIDES;
+  at.set = path_set(path);
   return light_tree_probability(scene, place, at) * found_picks(scene, path);
 }
 
@@ -70,6 +79,7 @@ FN vec3 path_meet_light(IN(SceneData) scene, uint index, IN(PathState) path, vec
   const uint met = select(path.bounce == 0u, LIGHT_SEEN, LIGHT_VISIBLE);
   const bool seen = (light.visibility & path.ray_kind) != 0u && (light.flags & met) != 0u &&
                     (path.bounce == 0u || path.bounce - 1u <= light.max_bounces);
+  if (path_unlinked(scene, path, index)) return vec3(0.0f);
   if (!seen || !light_intersect(light, origin, direction, t_max, path.normal, radiance, pdf)) return vec3(0.0f);
   // Where light sampling brings all of it, a bounce must not bring it again.
   const bool shared_work = FEATURE(FEATURE_BSDF_RAYS) && (path.ray_kind & RAY_MEETS_LAMPS) != 0u;
@@ -114,6 +124,7 @@ FN vec3 path_escape(IN(SceneData) scene, IN(PathState) path, vec3 direction) {
 
 // Light that the surface itself emits toward the ray's origin; `material` is the scene's record.
 FN vec3 path_emission(IN(SceneData) scene, IN(PathState) path, IN(Surface) s, IN(Material) material, vec3 wo, float t) {
+  if (path_unlinked(scene, path, scene.light_count + s.instance)) return vec3(0.0f);
   uint visibility = VISIBLE_ALL;
   if (scene.light_kinds != 0u) visibility = LOAD(scene.instances, s.instance).visibility;
   float pdf;

@@ -7,7 +7,7 @@
 #define COTORRA_LIGHT_TREE_H
 
 #include "../math.h"
-#include "../scene_types.h"
+#include "light_link.h"
 
 #ifdef __cplusplus
 namespace cotorra {
@@ -40,6 +40,7 @@ struct LightReceiver {
   vec3 p;
   vec3 n;
   uint both_sides;
+  uint set;  // of objects that it is one of (receiver_set)
 };
 
 struct LightWeights {
@@ -110,9 +111,14 @@ FN bool light_child_near(FloatBuffer nodes, uint node, int k, IN(LightReceiver) 
   return dot(to, to) < reach * reach;
 }
 
-FN LightWeights light_bounds(FloatBuffer nodes, uint node, IN(LightReceiver) at) {
+FN LightWeights light_bounds(IN(SceneData) scene, uint node, IN(LightReceiver) at) {
   LightWeights weights;
+  FloatBuffer nodes = scene.light_nodes;
   for (int k = 0; k < int(LIGHT_FANOUT); ++k) weights.w[k] = light_bound(nodes, node, k, at);
+  if (!has_links(scene)) return weights;
+  for (uint k = 0u; k < LIGHT_FANOUT; ++k) {
+    if (!sets_hold(LOAD(scene.light_node_sets, node * LIGHT_FANOUT + k), at.set)) weights.w[k] = 0.0f;
+  }
   return weights;
 }
 
@@ -124,12 +130,13 @@ FN float light_weights_sum(IN(LightWeights) weights) {
 
 // Bounds of a node's children. The first node's are judged by their own children where they are near: there a sphere
 // tells little, and all light samples of a vertex share it.
-FN LightWeights light_weights(FloatBuffer nodes, uint node, IN(LightReceiver) at) {
-  LightWeights weights = light_bounds(nodes, node, at);
+FN LightWeights light_weights(IN(SceneData) scene, uint node, IN(LightReceiver) at) {
+  FloatBuffer nodes = scene.light_nodes;
+  LightWeights weights = light_bounds(scene, node, at);
   if (node != 0u) return weights;
   for (int k = 0; k < int(LIGHT_FANOUT); ++k) {
     if (!(weights.w[k] > 0.0f) || !light_child_near(nodes, node, k, at)) continue;
-    weights.w[k] = light_weights_sum(light_bounds(nodes, light_child(nodes, node, k) & LIGHT_CHILD_INDEX, at));
+    weights.w[k] = light_weights_sum(light_bounds(scene, light_child(nodes, node, k) & LIGHT_CHILD_INDEX, at));
   }
   return weights;
 }
@@ -145,7 +152,7 @@ FN uint light_tree_pick(IN(SceneData) scene, IN(LightReceiver) at, IN(LightWeigh
   probability = 1.0f;
   LightWeights weights = root;
   for (uint depth = 0u; depth < 64u; ++depth) {
-    if (depth > 0u) weights = light_weights(nodes, node, at);
+    if (depth > 0u) weights = light_weights(scene, node, at);
     const float sum = light_weights_sum(weights);
     if (!(sum > 0.0f)) break;
     // The first child whose share reaches u; rounding may leave u beyond all of them, and it is the last then.
@@ -177,11 +184,10 @@ FN uint light_tree_pick(IN(SceneData) scene, IN(LightReceiver) at, IN(LightWeigh
 
 // The probability with which light_tree_pick takes the light at `place` (node x fanout + child), from its leaf upward.
 FN float light_tree_probability(IN(SceneData) scene, uint place, IN(LightReceiver) at) {
-  FloatBuffer nodes = scene.light_nodes;
   float probability = 1.0f;
   for (uint depth = 0u; depth < 64u && place != INVALID_ID; ++depth) {
     const uint node = place / LIGHT_FANOUT;
-    const LightWeights weights = light_weights(nodes, node, at);
+    const LightWeights weights = light_weights(scene, node, at);
     const float share = weights.w[place % LIGHT_FANOUT];
     if (!(share > 0.0f)) return 0.0f;
     probability *= share / light_weights_sum(weights);

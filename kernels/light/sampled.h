@@ -101,8 +101,11 @@ FN bool path_sample_light(IN(SceneData) scene, uint index, IN(PathState) path, I
   } else {
     contribution = light_contribution(light, l, bsdf, wo, path.throughput, scale);
   }
+  if (!light_lights(scene, index, receiver_set(scene, s.instance))) contribution = vec3(0.0f);
   const Surface start = smooth_surface(s, bsdf);
-  return light_shadow_ray(scene, light, start, path.bounce, l.wi, l.distance, contribution, ray);
+  const bool sent = light_shadow_ray(scene, light, start, path.bounce, l.wi, l.distance, contribution, ray);
+  if (has_links(scene) && ray.visibility != 0u) ray.visibility = light_shadows(scene, index);
+  return sent;
 }
 
 // What an emitting triangle sends out along -wi at barycentric coordinates b, and is not let through there. As in
@@ -148,9 +151,10 @@ FN bool path_sample_emitter(IN(SceneData) scene, uint index, IN(PathState) path,
   ray.contribution = path.throughput * f * radiance * (power_heuristic(pdf, bsdf_pdf) / pdf);
   ray.direction = wi;
   ray.group = instance.light_group;
-  ray.visibility = VISIBLE_SHADOW;
+  ray.visibility = light_shadows(scene, scene.light_count + e.instance);
   ray.t_max = 0.0f;
   ray.origin = s.p;
+  if (!light_lights(scene, scene.light_count + e.instance, receiver_set(scene, s.instance))) return false;
   const bool self = e.instance == s.instance && e.triangle == s.triangle;
   if (self || cos_light < 1e-8f || !carries_light(ray.contribution)) return false;
   // 2. Aim from the lifted start at the point itself, and stop short of it.
@@ -160,17 +164,18 @@ FN bool path_sample_emitter(IN(SceneData) scene, uint index, IN(PathState) path,
   return true;
 }
 
-FN LightReceiver light_receiver(IN(Surface) s, IN(Lobe) lobe) {
+FN LightReceiver light_receiver(IN(SceneData) scene, IN(Surface) s, IN(Lobe) lobe) {
   LightReceiver at;
   at.p = s.p;
   at.n = s.n;
   at.both_sides = select(scatters_through(lobe), 1u, 0u);
+  at.set = receiver_set(scene, s.instance);
   return at;
 }
 
 // Weights of the tree's first choice, which all light samples of a vertex share.
 FN LightWeights path_light_weights(IN(SceneData) scene, IN(Surface) s, IN(Lobe) lobe) {
-  return light_weights(scene.light_nodes, 0u, light_receiver(s, lobe));
+  return light_weights(scene, 0u, light_receiver(scene, s, lobe));
 }
 
 // Sample number `slot` of `slots` lights that the tree picks at a vertex; INVALID_ID where there is none. `u`: two
@@ -179,7 +184,7 @@ FN uint path_pick_light(IN(SceneData) scene, IN(Surface) s, IN(Lobe) lobe, IN(Li
                         vec2 u, OUT(float) scale) {
   float probability;
   const float stratified = min((float(int(slot)) + u.x) / float(int(slots)), 0.99999994f);
-  const uint light = light_tree_pick(scene, light_receiver(s, lobe), root, stratified, u.y, probability);
+  const uint light = light_tree_pick(scene, light_receiver(scene, s, lobe), root, stratified, u.y, probability);
   scale = 1.0f / max(probability * float(int(slots)), 1e-30f);
   return light;
 }

@@ -42,6 +42,7 @@ FN bool go_on(LANE lane, INOUT(PathState) path, IN(Surface) s, LANE_BSDF bsdf, I
   if (FEATURE(FEATURE_HEALTH)) NOTE_SCATTER(lane, path, b);
   if (!goes_on) return false;
   if (SCENE.light_kinds != 0u) path_note_kind(bsdf, lobe, wo, b.wi, path);
+  if (has_links(SCENE)) path.ray_kind |= receiver_set(SCENE, s.instance) << RAY_SET_SHIFT;
   if (FEATURE(FEATURE_LIGHT_TREE) && scatters_through(lobe)) path.ray_kind |= RAY_BOTH_SIDES;
   // A last ray can only bring light home: where there is none to find, it need not be traced.
   const bool finds =

@@ -112,7 +112,7 @@ void check_receiver(const World &world, const LightReceiver &at, std::size_t sam
   }
   require(sum < 1.0 + 1e-4, "probabilities add up to more than one", sum);
   // 2. What is picked, evenly over the random number; where no light is found, that is what is missing of one.
-  const LightWeights root = light_weights(world.scene.light_nodes, 0, at);
+  const LightWeights root = light_weights(world.scene, 0, at);
   std::vector<double> found(chance.size() + 1, 0.0);
   for (std::size_t k = 0; k < samples; ++k) {
     float probability;
@@ -180,7 +180,7 @@ int main() {
     require(
         std::equal(same.nodes.begin(), same.nodes.end(), world.tree.nodes.begin(), world.tree.nodes.end(), same_bits),
         "two trees over the same lights differ");
-    for (uint r = 0; r < 6; ++r) check_receiver(world, {point(7.0f), direction(), r % 2}, 200000);
+    for (uint r = 0; r < 6; ++r) check_receiver(world, {point(7.0f), direction(), r % 2, 0}, 200000);
     for (int r = 0; r < 300; ++r) check_walk(world);
   }
   // Many, of which all lie in few places: no deep tree, and little memory.

@@ -34,18 +34,21 @@ bool trace(vec3 origin, vec3 direction, float t_min, float t_max, uint visibilit
   const float begin = t_min < 0.0f ? 0.0f : float_after(t_min);
   if (!(begin < t_max)) return false;  // a query needs an interval
   const bool asks = left.x != INVALID_ID;  // each triangle whether it is the one that was left
+  // Masks of the hardware have eight bits: sets of objects that shadow are asked for.
+  const bool of_sets = FEATURE(FEATURE_LIGHT_LINKING) && visibility >> SHADOW_SET_SHIFT != 0u;
   const uint flags =
-      (asks ? gl_RayFlagsNoOpaqueEXT : gl_RayFlagsOpaqueEXT) | (any ? gl_RayFlagsTerminateOnFirstHitEXT : 0u);
+      (asks || of_sets ? gl_RayFlagsNoOpaqueEXT : gl_RayFlagsOpaqueEXT) | (any ? gl_RayFlagsTerminateOnFirstHitEXT : 0u);
   // Hits at the very start count for a ray that left a triangle, which the hardware may not know: it begins earlier, by
   // 32 times the rounding of its place, since triangles reach farther than that.
   const float before = asks ? max_component(abs(origin)) * 3.8e-6f + 1e-12f : 0.0f;
   rayQueryEXT query;
-  rayQueryInitializeEXT(query, accelerationStructureEXT(WAVE.acceleration.top), flags, visibility,
-                        origin - direction * before, begin, direction, t_max);
+  rayQueryInitializeEXT(query, accelerationStructureEXT(WAVE.acceleration.top), flags,
+                        of_sets ? VISIBLE_SHADOW : visibility, origin - direction * before, begin, direction, t_max);
   uvec2 triangle;
   while (rayQueryProceedEXT(query)) {
     QUERY_TRIANGLE(triangle, false)
-    if (triangle != left) rayQueryConfirmIntersectionEXT(query);
+    const bool shadows = !of_sets || (LOAD(SCENE.instances, triangle.x).visibility & visibility) != 0u;
+    if (triangle != left && shadows) rayQueryConfirmIntersectionEXT(query);
   }
   if (rayQueryGetIntersectionTypeEXT(query, true) != gl_RayQueryCommittedIntersectionTriangleEXT) return false;
   QUERY_TRIANGLE(triangle, true)
