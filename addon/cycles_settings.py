@@ -26,6 +26,7 @@ INHERITED = {
     'clamp_direct': 'cycles.sample_clamp_direct',
     'clamp_indirect': 'cycles.sample_clamp_indirect',
     'filter_glossy': 'cycles.blur_glossy',
+    'light_threshold': 'cycles.light_sampling_threshold',
     'reflective_caustics': 'cycles.caustics_reflective',
     'refractive_caustics': 'cycles.caustics_refractive',
     'use_denoising': 'cycles.use_denoising',
@@ -109,7 +110,7 @@ GROUPS = {
         'film_exposure filter_width pixel_filter_type use_layer_samples use_camera_cull use_distance_cull '
         'samples use_adaptive_sampling adaptive_threshold adaptive_min_samples time_limit seed use_animated_seed '
         'sample_clamp_direct sample_clamp_indirect blur_glossy caustics_reflective caustics_refractive use_denoising '
-        'denoising_input_passes denoising_prefilter denoising_quality',
+        'denoising_input_passes denoising_prefilter denoising_quality light_sampling_threshold',
         named=(
             Named('use_fast_gi', 'fast GI approximation is not supported yet: light bounces as it does without'),
             Named(
@@ -133,7 +134,7 @@ GROUPS = {
             ),
         ),
         idle={
-            NOISE: 'light_sampling_threshold use_light_tree min_light_bounces min_transparent_bounces *guiding* '
+            NOISE: 'use_light_tree min_light_bounces min_transparent_bounces *guiding* '
             'sampling_pattern *scrambling_distance',
             OWN: 'device',
             VIEWPORT: 'preview_* use_preview_* texture_resolution texture_limit ao_bounces volume_preview_step_rate',

@@ -29,6 +29,7 @@ PICTURE_SECONDS = 1.0
 PICTURE_GROWTH = 1.25
 PICTURE_SECONDS_MAX = 10.0
 PICTURE_COST = 20.0
+MANY_LIGHTS = 100_000  # so many are told of
 
 
 class RenderError(Exception):
@@ -184,6 +185,7 @@ class RenderJob:
         del previous
         self.stats.build_seconds = time.perf_counter() - began
         self.stats.scene = dict(native_scene.stats())
+        self.tell_of_lights(self.stats.scene)
         self.reporter.scene_bytes = self.stats.scene['memory_bytes']
         self.memory.sample()
         self.log.checkpoint()
@@ -265,6 +267,15 @@ class RenderJob:
         )
         store.scene, store.buffers = scene, buffers
         return scene, previous
+
+    def tell_of_lights(self, scene: dict) -> None:
+        """What a great many lights cost: so many are seldom meant."""
+        count = scene['lights'] + scene['emitters']
+        if count >= MANY_LIGHTS:
+            self.log.info(
+                f'{scene["lights"]} lamps and {scene["emitters"]} triangles that emit take '
+                f'{scene["light_bytes"] / 2**20:.0f} MiB and {scene["light_tree_seconds"]:.1f} s'
+            )
 
     def build_bvh(self, module: ModuleType, scene: Any, threads: int, previous: Any = None) -> None:
         """What the CPU needs to trace rays, if it has not; graphics cards build their own."""

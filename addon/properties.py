@@ -321,6 +321,15 @@ class CotorraSceneSettings(bpy.types.PropertyGroup):
         soft_max=100.0,
         update=tag_scene,
     )
+    light_threshold: FloatProperty(
+        name='Light Threshold',
+        description='Light below which shadow rays are traced at random, without a change of the mean. 0 traces all',
+        default=0.0,
+        min=0.0,
+        soft_max=1.0,
+        precision=4,
+        update=tag_scene,
+    )
     filter_glossy: FloatProperty(
         name='Filter Glossy',
         description='Blur reflections that are seen by way of rough surfaces. 0 for none',

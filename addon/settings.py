@@ -41,7 +41,7 @@ INHERITED = (
     'transmission_bounces',
     'transparent_bounces',
 )
-INHERITED_NUMBERS = ('ao_distance', 'clamp_direct', 'clamp_indirect', 'filter_glossy')
+INHERITED_NUMBERS = ('ao_distance', 'clamp_direct', 'clamp_indirect', 'filter_glossy', 'light_threshold')
 DENOISED = ('PATH', 'DIRECT', 'AUTO')  # integrators whose pictures are noisy in the way that denoisers know
 COLORS = ('ambient_color', 'outline_color')
 

@@ -41,7 +41,7 @@ struct JobData {
 };
 
 #ifdef __cplusplus
-static_assert(sizeof(JobData) == 180);
+static_assert(sizeof(JobData) == 184);
 }  // namespace cotorra
 #endif
 

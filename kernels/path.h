@@ -24,6 +24,7 @@ const uint PAIR_LIGHTS = 4u;    // one for each lamp
 const uint PAIR_WORLD = 253u;   // direction to the world
 const uint PAIR_CLOSURE = 254u; // which closure of the surface
 const uint PAIR_RAYS = 252u;    // rays of its program
+const uint PAIR_SHADOW = 251u;  // which weak shadow rays are traced
 const uint LAST_SHARED_PAIR = 248u;  // lamps beyond share them
 FN uint vertex_pair(uint bounce, uint pair) { return PAIRS_BEFORE_VERTICES + bounce * PAIRS_PER_VERTEX + pair; }
 
@@ -36,6 +37,7 @@ struct IntegratorData {
   uint transmission_bounces;
   float clamp_direct;    // of one contribution, the sum of its channels; INFINITE_DISTANCE: no limit
   float clamp_indirect;
+  float shadow_roulette;  // 1 / the light below which a shadow ray is traced at random, 0: each is
   float filter_glossy;   // density from which on a bounce blurs what it meets, 0: none does
 };
 

@@ -244,7 +244,8 @@ class Renderer {
         const Surface &s = b_.surface[i];
         origin += surface_smooth_lift(scene_, s.instance, s.triangle, s.u, s.v, s.ng) * b_.light.lift[i];
       }
-      queue_shadow({origin, b_.light.distance[i], b_.light.wi.get(i), light.group, contribution, mask}, i, bounce);
+      queue_shadow({origin, b_.light.distance[i], b_.light.wi.get(i), light.group, contribution, mask}, i, index,
+                   bounce);
     }
   }
 
@@ -252,7 +253,7 @@ class Renderer {
     ShadowRay ray;
     if (path_sample_light(scene_, index, b_.path[i], b_.surface[i], b_.shading.bsdf(i), b_.shading.lobe_of(i),
                           b_.shading.wo.get(i), u, 1.0f, ray)) {
-      queue_shadow(ray, i, bounce);
+      queue_shadow(ray, i, index, bounce);
     }
   }
 
@@ -275,7 +276,7 @@ class Renderer {
         ShadowRay ray;
         if (path_sample_picked(scene_, light, b_.path[i], b_.surface[i], b_.shading.bsdf(i), lobe, b_.shading.wo.get(i),
                                vec2(b_.u2[i], b_.v2[i]), scale, ray)) {
-          queue_shadow(ray, i, bounce);
+          queue_shadow(ray, i, k, bounce);
         }
       }
     }
@@ -287,12 +288,18 @@ class Renderer {
       ShadowRay ray;
       if (path_sample_world(scene_, b_.path[i], b_.surface[i], b_.shading.bsdf(i), b_.shading.lobe_of(i),
                             b_.shading.wo.get(i), vec2(b_.u2[i], b_.v2[i]), ray)) {
-        queue_shadow(ray, i, bounce);
+        queue_shadow(ray, i, LAST_SHARED_PAIR, bounce);
       }
     }
   }
 
-  void queue_shadow(const ShadowRay &ray, std::size_t lane, uint bounce) {
+  // `slot`: which light sample of the vertex it is.
+  void queue_shadow(const ShadowRay &sent, std::size_t lane, uint slot, uint bounce) {
+    ShadowRay ray = sent;
+    if (data_.integrator.shadow_roulette > 0.0f) {
+      const float u = sampler_pair(b_.path[lane].random, pair_seed(bounce, PAIR_SHADOW)).x;
+      if (!shadow_survives(lane_at(tracer_, lane), slot, u, ray)) return;
+    }
     if (ray.visibility == 0u) {
       arrive(lane_at(tracer_, lane), bounce == 0, ray.contribution, vec3(1.0f), ray.group);
       return;

@@ -19,6 +19,7 @@ namespace cotorra {
 struct PathLimits {  // kernels/path.h, IntegratorData
   std::uint32_t max_bounces, diffuse_bounces, glossy_bounces, roulette_start, transparent_bounces, transmission_bounces;
   float clamp_direct = INFINITE_DISTANCE, clamp_indirect = INFINITE_DISTANCE, filter_glossy = 0.0f;
+  float shadow_roulette = 0.0f;
 };
 
 enum class Integrator { kDirect, kPath, kWhitted, kOcclusion, kToon };

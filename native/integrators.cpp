@@ -105,6 +105,8 @@ void apply_integrator(const SettingsInput &s, const CameraInput &camera, const S
   job.limits.clamp_direct = limit(checked(s.clamp_direct, "clamp_direct"));
   job.limits.clamp_indirect = limit(checked(s.clamp_indirect, "clamp_indirect"));
   job.limits.filter_glossy = path ? checked(s.filter_glossy, "filter_glossy") : 0.0f;
+  const float threshold = checked(s.light_threshold, "light_threshold");
+  if (physical && threshold > 0.0f) job.limits.shadow_roulette = 1.0f / std::max(threshold, 1e-30f);
   if (path && !s.reflective_caustics) data.no_caustics |= CAUSTICS_REFLECTIVE;
   if (path && !s.refractive_caustics) data.no_caustics |= CAUSTICS_REFRACTIVE;
   // In the classic ones, surfaces are lit by lamps and ambient light; emitting ones are only seen.

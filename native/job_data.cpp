@@ -34,7 +34,8 @@ JobData job_data(const RenderJob &job) {
   data.camera = job.camera;
   data.integrator = {job.limits.max_bounces,    job.limits.diffuse_bounces,     job.limits.glossy_bounces,
                      job.limits.roulette_start, job.limits.transparent_bounces, job.limits.transmission_bounces,
-                     job.limits.clamp_direct,   job.limits.clamp_indirect,      job.limits.filter_glossy};
+                     job.limits.clamp_direct,   job.limits.clamp_indirect,      job.limits.shadow_roulette,
+                     job.limits.filter_glossy};
   data.flags = flags_of(job);
   data.light_groups = job.passes.light_groups;
   data.lamp_passes = job.passes.lamps;

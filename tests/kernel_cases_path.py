@@ -40,6 +40,7 @@ INTEGRATOR = (
         clamp_direct=choices(0.5, 1e30),
         clamp_indirect=choices(0.1, 3.0),
         filter_glossy=choices(0.0, 1.0, 4.0),
+        shadow_roulette=choices(0.0, 100.0),
     ),
 )
 # Without the feature nothing fills in a model: two outputs would differ by what was in memory before.

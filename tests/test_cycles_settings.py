@@ -226,6 +226,7 @@ OTHER = {
     'clamp_direct': 2.0,
     'clamp_indirect': 3.0,
     'filter_glossy': 0.5,
+    'light_threshold': 0.25,
     'reflective_caustics': False,
     'refractive_caustics': False,
     'use_denoising': None,
@@ -300,6 +301,7 @@ def test_cycles_own_defaults_are_rendered():
     assert (found.samples, found.adaptive) == (cycles.samples, cycles.use_adaptive_sampling)
     assert found.clamp_indirect == cycles.sample_clamp_indirect > 0.0 == found.clamp_direct
     assert found.filter_glossy == cycles.blur_glossy > 0.0
+    assert found.light_threshold == pytest.approx(cycles.light_sampling_threshold) and found.light_threshold > 0.0
     assert settings.denoising(scene, scene.view_layers[0]) is not None
 
 

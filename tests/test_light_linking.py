@@ -37,7 +37,7 @@ def link(scene: bpy.types.Scene, light: str, kind: str, **states: str) -> bpy.ty
     for name, state in states.items():
         collection.objects.link(scene.objects[name])
         collection.collection_objects[-1].light_linking.link_state = state
-    setattr(scene.objects[light].light_linking, f'{kind}_collection', collection)
+    setattr(bpy.data.objects[light].light_linking, f'{kind}_collection', collection)
     return collection
 
 
@@ -82,14 +82,15 @@ def test_an_empty_collection(kind: str, engine: None, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize('kind', KINDS)
-def test_an_instancer_links_what_it_shows(kind: str, engine: None, tmp_path: Path) -> None:
+def test_instancers_are_lit_and_shadow_but_link_nothing(kind: str, engine: None, tmp_path: Path) -> None:
     """A lamp of a collection that an empty shows, and a cube that another shows."""
     scene = room()
     lamp = hang(scene, 'POINT', (0.5, -1.5, 2.0), energy=40.0, shadow_soft_size=0.2)
     empty = build.collection_instance(scene, 'Lamps', [lamp])
     shown = build.collection_instance(scene, 'Cubes', [scene.objects['Cube']])
     shown.location = (0.6, -0.8, 0.0)
-    link(scene, empty.name, kind, **{shown.name: 'EXCLUDE'})
+    link(scene, lamp.name, kind, **{shown.name: 'EXCLUDE'})
+    link(scene, empty.name, kind, Sphere='INCLUDE')
     assert_as_cycles(scene, tmp_path)
 
 

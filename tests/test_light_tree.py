@@ -12,10 +12,11 @@ from pathlib import Path
 import bpy
 import numpy as np
 import pytest
-from cotorra import native
+from cotorra import native, stats
 
 from light_scenes import assert_as_cycles, ball, box, corner, hang
 from native_build import build_program, compiler
+from render_calls import render_to
 from scenes import build
 from vulkan_jobs import TRACINGS, Job, compare, job_of, opened, require
 
@@ -162,3 +163,30 @@ def test_statistics_tell_of_the_tree(engine: None) -> None:
     assert told['emitters'] == 1000
     assert 48 * 1000 < told['light_bytes'] < 250 * 1000
     assert 0.0 < told['light_tree_seconds'] < 5.0
+
+
+def test_a_great_many_lights_are_told_of(engine: None, tmp_path: Path, capfd) -> None:
+    """A mesh of 120,000 triangles that emit: what it costs stands in the log, and stays small."""
+    scene = corner()
+    emitter(scene, 'Sparks', 120_000, 0.001)
+    scene.render.engine, scene.cotorra.samples = 'COTORRA', 1
+    render_to(scene, tmp_path / 'many.exr')
+    (layer,) = stats.last(scene.name)
+    assert '0 lamps and 120000 triangles that emit take' in capfd.readouterr().out
+    assert layer.scene['light_bytes'] < 140 * 120_000
+
+
+def test_weak_shadow_rays_are_fewer_and_the_light_the_same(engine: None) -> None:
+    """The light threshold leaves out rays at random; the mean stays, sample by sample of the same paths."""
+    scene = corner()
+    shiny(scene)
+    many_lamps(scene)
+    emitter(scene, 'Sparks', 30, 30.0)
+    bounces = dict.fromkeys(('max_bounces', 'diffuse_bounces', 'glossy_bounces'), 3)
+    job = job_of(native.load(), scene, integrator='PATH', samples=256, **bounces)
+    (all_of_them, every), (some, fewer) = (job.render('CPU', light_threshold=limit) for limit in (0.0, 0.05))
+    assert fewer['rays']['shadow'] < 0.8 * every['rays']['shadow']
+    pictures = [found['combined'][..., :3].astype(np.float64) for found in (some, all_of_them)]
+    tiles = [image.reshape(4, 8, 6, 8, 3).mean(axis=(1, 3, 4)) for image in pictures]
+    assert np.abs(tiles[0] / tiles[1] - 1.0).max() < 0.02
+    assert abs(pictures[0].mean() / pictures[1].mean() - 1.0) < 0.003

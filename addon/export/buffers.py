@@ -376,6 +376,7 @@ class RenderSettings:
     integrator: one of choices.INTEGRATORS. max_bounces counts all, the others their kind; only PATH reads them.
     clamp_direct, clamp_indirect: most that a contribution brings, the mean of its channels; 0: no limit. For DIRECT and
         PATH. filter_glossy: as Cycles has it, 0: none.
+    light_threshold: light below which shadow rays are traced at random, 0: all are. For DIRECT and PATH.
     ambient_color to outline_object: as in properties.py.
     passes:     native pass names, see PASSES; 'combined' is always there.
     threads:    0 = all.
@@ -398,6 +399,7 @@ class RenderSettings:
     clamp_direct: float = 0.0
     clamp_indirect: float = 0.0
     filter_glossy: float = 0.0
+    light_threshold: float = 0.0
     reflective_caustics: bool = True
     refractive_caustics: bool = True
     adaptive: bool = False

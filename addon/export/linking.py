@@ -61,14 +61,10 @@ def read_links(groups: list[Group], log: Log) -> GroupLinks | None:
 
 
 def _collection(group: Group, name: str) -> bpy.types.Collection | None:
-    """Of the object, else of its instancer."""
+    """Of the object itself: what its instancer links is of no effect, as in Cycles."""
     if not isinstance(group.data, bpy.types.Light | bpy.types.Mesh):
         return None
-    for obj in (group.obj.original, group.parent.original):
-        collection = getattr(obj.light_linking, name)
-        if collection is not None:
-            return collection
-    return None
+    return getattr(group.obj.original.light_linking, name)
 
 
 def _sets(groups: list[Group], collections: list[bpy.types.Collection | None], most: int, what: str, log: Log) -> _Sets:
@@ -96,7 +92,8 @@ def _sets(groups: list[Group], collections: list[bpy.types.Collection | None], m
 def _members(collection: bpy.types.Collection) -> Membership:
     """Whether a group is in. What a collection does not name is in where it includes nothing.
 
-    Objects of a child collection take that collection's state; what the collection itself says of an object holds.
+    Objects of a child collection take that collection's state; what the collection itself says of an object holds. An
+    object that is not named is in as its instancer is.
     """
     states: dict[bpy.types.Object, bool] = {}
     for entry, child in zip(collection.collection_children, collection.children, strict=True):

@@ -102,6 +102,7 @@ class COTORRA_RENDER_PT_light_paths_caustics(BouncesPanel, bpy.types.Panel):
     def draw(self, context):
         layout = split_layout(self)
         setting(layout, context.scene, 'filter_glossy')
+        setting(layout, context.scene, 'light_threshold')
         column = layout.column(heading='Caustics', align=True)
         setting(column, context.scene, 'reflective_caustics')
         setting(column, context.scene, 'refractive_caustics')

@@ -29,6 +29,18 @@ FN uint light_of_slot(LANE lane, uint slot, uint slots, vec2 u_pick, IN(Surface)
   return path_pick_light(SCENE, s, lobe, root, slot, slots, u_pick, scale);
 }
 
+// A shadow ray that would bring less than the threshold is traced with a probability in proportion, and brings more
+// then (Cycles' light threshold; what the path has lost on its way counts here, too). `u`: one number for all rays of a
+// vertex, which the golden ratio spreads over them. Returns false where it is not traced.
+FN bool shadow_survives(LANE lane, uint slot, float u, INOUT(ShadowRay) ray) {
+  const float probability = max_component(ray.contribution) * JOB.integrator.shadow_roulette;
+  if (ray.visibility == 0u || !(probability < 1.0f)) return true;
+  const float own = u + float(int(slot)) * 0.618034f;
+  if (own - floor(own) >= probability) return false;
+  ray.contribution = ray.contribution / probability;
+  return true;
+}
+
 // Takes the path on from its surface: straight through, or along `b`, a sample of what the surface scatters there.
 // `lobes` are BSDF_*. Returns false where it ends.
 FN bool go_on(LANE lane, INOUT(PathState) path, IN(Surface) s, LANE_BSDF bsdf, IN(Lobe) lobe, uint lobes, vec3 wo,

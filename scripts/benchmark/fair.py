@@ -70,7 +70,7 @@ def make_fair(scene: bpy.types.Scene, engine: str, bounces: int, size: tuple[int
         ours.settings_from = 'COTORRA'
         ours.use_adaptive_sampling = ours.use_denoising = False
         ours.time_limit = 0
-        ours.clamp_direct = ours.clamp_indirect = ours.filter_glossy = 0
+        ours.clamp_direct = ours.clamp_indirect = ours.filter_glossy = ours.light_threshold = 0
         ours.reflective_caustics = ours.refractive_caustics = True
         ours.max_bounces = ours.diffuse_bounces = ours.glossy_bounces = ours.transmission_bounces = bounces
         ours.transparent_bounces = 8

@@ -42,6 +42,9 @@ void send_to_lights(uint lane, PathState path, Surface s, uint block_seed) {
       const vec2 u = vertex_random(path, block_seed, PAIR_WORLD);
       sent = path_sample_world(SCENE, path, s, bsdf, lobe, wo, u, ray);
     }
+    if (sent && JOB.integrator.shadow_roulette > 0.0f) {
+      sent = shadow_survives(lane, slot, vertex_random(path, block_seed, PAIR_SHADOW).x, ray);
+    }
     const uint place = slot * WAVE.lanes + lane;
     if (!sent) {
       STORE(WAVE.shadow_t_max, place, SHADOW_NONE);
