@@ -36,8 +36,8 @@ bool trace(vec3 origin, vec3 direction, float t_min, float t_max, uint visibilit
   const bool asks = left.x != INVALID_ID;  // each triangle whether it is the one that was left
   // Masks of the hardware have eight bits: sets of objects that shadow are asked for.
   const bool of_sets = FEATURE(FEATURE_LIGHT_LINKING) && visibility >> SHADOW_SET_SHIFT != 0u;
-  const uint flags =
-      (asks || of_sets ? gl_RayFlagsNoOpaqueEXT : gl_RayFlagsOpaqueEXT) | (any ? gl_RayFlagsTerminateOnFirstHitEXT : 0u);
+  const uint flags = (asks || of_sets ? gl_RayFlagsNoOpaqueEXT : gl_RayFlagsOpaqueEXT) |
+                     (any ? gl_RayFlagsTerminateOnFirstHitEXT : 0u);
   // Hits at the very start count for a ray that left a triangle, which the hardware may not know: it begins earlier, by
   // 32 times the rounding of its place, since triangles reach farther than that.
   const float before = asks ? max_component(abs(origin)) * 3.8e-6f + 1e-12f : 0.0f;
