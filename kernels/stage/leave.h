@@ -33,7 +33,7 @@ FN uint light_of_slot(LANE lane, uint slot, uint slots, vec2 u_pick, IN(Surface)
 // then (Cycles' light threshold; what the path has lost on its way counts here, too). `u`: one number for all rays of a
 // vertex, which the golden ratio spreads over them. Returns false where it is not traced.
 FN bool shadow_survives(LANE lane, uint slot, float u, INOUT(ShadowRay) ray) {
-  const float probability = max_component(ray.contribution) * JOB.integrator.shadow_roulette;
+  const float probability = max_component(abs(ray.contribution)) * JOB.integrator.shadow_roulette;
   if (ray.visibility == 0u || !(probability < 1.0f)) return true;
   const float own = u + float(int(slot)) * 0.618034f;
   if (own - floor(own) >= probability) return false;
