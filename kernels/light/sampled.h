@@ -196,6 +196,11 @@ FN bool path_sample_picked(IN(SceneData) scene, uint light, IN(PathState) path, 
   if ((light & LIGHT_CHILD_LAMPS) != 0u) {
     return path_sample_light(scene, index, path, s, bsdf, lobe, wo, u, scale, ray);
   }
+  ray.origin = s.p;
+  ray.t_max = 0.0f;
+  ray.direction = s.n;
+  ray.group = -1;
+  ray.contribution = vec3(0.0f);
   ray.visibility = 0u;
   // Those of the integrators that look at lamps alone have no emitters.
   if (!FEATURE(FEATURE_EMISSIVE_MESHES) || index >= scene.emitter_count) return false;
