@@ -107,14 +107,14 @@ FN float surface_area(IN(SceneData) scene, IN(Surface) s) {
   return 0.5f * sqrt(dot(n, n));
 }
 
-// How far, in roundings of the position, it is drawn from the triangle's edges toward its centroid.
+// How far, in roundings of the position, one that is nearer to an edge is drawn toward the triangle's centroid.
 const float SURFACE_INSET = 4.0f;
 
 // Position and normals at barycentric u, v, seen along `direction`: both normals turn to the ray's side together, as in
 // Blender. Returns the rounding of the position, in metres. Without branches, so that a loop vectorises.
 // At an edge the position would round to either side of the neighbour's plane, and a ray that starts there leave a
-// closed mesh: it is drawn inward, where the triangle is that large, so that rays start inside (down to angles between
-// neighbours of atan(1 / SURFACE_INSET), for triangles that are no needles).
+// closed mesh: near one it is drawn inward, where the triangle is that large, so that rays start inside (down to angles
+// between neighbours of atan(1 / SURFACE_INSET), for triangles that are no needles). Elsewhere it is what it is.
 FN float surface_shape(IN(SurfaceTriangle) t, float u, float v, vec3 direction, OUT(vec3) p, OUT(vec3) ng, OUT(vec3) n,
                        OUT(float) side) {
   const float w = 1.0f - u - v;
@@ -132,7 +132,13 @@ FN float surface_shape(IN(SurfaceTriangle) t, float u, float v, vec3 direction, 
   const vec3 extent = max(abs(t.p0), max(abs(t.p1), abs(t.p2)));
   const float rounding = max_component(extent) * 4.8e-7f;
   const vec3 inward = e1 * (1.0f / 3.0f - u) + e2 * (1.0f / 3.0f - v);
-  const float inset = min(SURFACE_INSET * rounding / sqrt(max(dot(inward, inward), 1e-37f)), 1.0f);
+  const float drawn = SURFACE_INSET * rounding;
+  const vec3 e3 = e2 - e1;
+  const float longest2 = max(dot(e1, e1), max(dot(e2, e2), dot(e3, e3)));
+  // No edge is nearer than the least barycentric coordinate times the least height.
+  const float least = max(min(u, min(v, w)), 0.0f);
+  const bool near_edge = least * least * c2 <= drawn * drawn * longest2;
+  const float inset = select(near_edge, min(drawn / sqrt(max(dot(inward, inward), 1e-37f)), 1.0f), 0.0f);
   p = t.p0 + (e1 * u + e2 * v + inward * inset);
   return rounding;
 }

@@ -67,7 +67,8 @@ class Scene:
                 raise Cancelled
 
     def stats(self):
-        return {'build_seconds': build_seconds, 'memory_bytes': bytes, 'triangles': 0}
+        lights = {'lights': 0, 'emitters': 0, 'light_bytes': 0, 'light_tree_seconds': 0.0}
+        return {'build_seconds': build_seconds, 'memory_bytes': bytes, 'triangles': 0, **lights}
 
 
 class Session:
