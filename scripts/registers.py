@@ -57,8 +57,8 @@ def compile_for(family: str, features: tuple[str, ...], tracing: str = 'HARDWARE
 
 
 def spilled(stages: list[dict[str, Any]]) -> list[str]:
-    """The stages that keep registers in memory."""
-    kinds = ('Spilled VGPRs', 'Spilled SGPRs', 'Scratch size')
+    """The stages that keep registers in memory. Scalar ones beyond their file stand in lanes of vector registers."""
+    kinds = ('Spilled VGPRs', 'Scratch size')
     return [stage['stage'] for stage in stages if any(stage['statistics'][kind] > 0 for kind in kinds)]
 
 

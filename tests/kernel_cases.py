@@ -6,6 +6,8 @@ Materials and the stages of a path stand in kernel_cases_path.py.
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from kernel_inputs import (
     INSTANCES,
     TRIANGLES,
@@ -45,6 +47,8 @@ LIBRARY = Tolerance(
 )
 ANGLE = Tolerance(4, "acos and atan are Mesa's polynomials: Vulkan asks for no more than 4096 ULP", absolute=5e-4)
 SILHOUETTE = Tolerance(256, 'near the outline of a sphere the root of a difference enlarges its rounding', typical=8)
+# As that, where what is near is told by two places some metres off: as far apart as these may be rounded.
+DISTANCE = replace(SILHOUETTE, absolute=5e-7)
 
 BUILT_INS = [
     Case(

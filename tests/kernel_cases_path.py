@@ -6,7 +6,7 @@ What needs no material stands in kernel_cases.py.
 
 from __future__ import annotations
 
-from kernel_cases import COLOR, DIRECTION, NORMAL, POINT, POSITIVE, ROUNDING, SILHOUETTE, SQUARE, SURFACE, UINT, UNIT
+from kernel_cases import COLOR, DIRECTION, DISTANCE, NORMAL, POINT, POSITIVE, ROUNDING, SQUARE, SURFACE, UINT, UNIT
 from kernel_inputs import (
     LIGHTS,
     choices,
@@ -223,7 +223,7 @@ STAGES = [
         {'seen': 'vec3', 'pdf': 'float', 'lit': 'uint', 'ray': 'ShadowRay', 'receives': 'LightReceiver', 'pick': 'uint'}
         | {'scale': 'float', 'gain': 'vec3', 'casts': 'uint', 'shadow': 'ShadowRay', 'smooth_n': 'vec3'},
         ROUNDING,
-        dict.fromkeys(('ray.t_max', 'shadow.t_max'), SILHOUETTE),
+        dict.fromkeys(('ray.t_max', 'shadow.t_max'), DISTANCE),
         scene=True,
     ),
     Case(

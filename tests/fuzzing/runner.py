@@ -49,7 +49,8 @@ class Runner:
     @staticmethod
     def listen(stream: Any, answers: queue.Queue[str]) -> None:
         for line in stream:
-            answers.put(line)
+            if line.startswith('{'):  # Blender writes there, too, before the process can turn it away
+                answers.put(line)
         answers.put('')
 
     def close(self) -> None:

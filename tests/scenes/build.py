@@ -22,6 +22,7 @@ def new_scene() -> bpy.types.Scene:
     cycles = bpy.context.scene.cycles
     cycles.samples, cycles.use_adaptive_sampling, cycles.use_denoising = 64, False, False
     cycles.sample_clamp_indirect = cycles.blur_glossy = 0.0
+    cycles.light_sampling_threshold = 0.0  # by which weak shadow rays are traced at random: noise where there is none
     return bpy.context.scene
 
 

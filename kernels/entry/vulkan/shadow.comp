@@ -32,8 +32,8 @@ void main() {
   }
   const vec3 kept = passage.kept;
   vec3 light = passage.light;
-  // What has a colour dims the light itself; the rest is the share that arrives, of luminance, as the Shadow pass tells it
-  // (light that is below 0 in part may have none).
+  // What has a colour dims the light itself; the rest is the share that arrives, of luminance, as the Shadow pass tells
+  // it (light that is below 0 in part may have none).
   float arrived = max_component(kept);
   if (arrived > 0.0f && min(kept.x, min(kept.y, kept.z)) < arrived) {
     const float share = luminance(light * kept) / luminance(light);
