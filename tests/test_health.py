@@ -144,6 +144,7 @@ def test_a_sound_scene_has_nothing_to_tell_and_the_same_picture(tmp_path: Path) 
     scene.cotorra.health = 'OFF'
     plain, layer = rendered(scene, tmp_path)
     assert 'numerical health' not in layer.features and layer.session['bad_samples'] == []
+    # Kernels that count are built for the lowest instruction set alone, and another one rounds otherwise.
     for channel in 'RGB':
         np.testing.assert_allclose(
             plain['ViewLayer.Combined'][channel], counted['ViewLayer.Combined'][channel], rtol=1e-4,

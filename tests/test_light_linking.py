@@ -101,6 +101,16 @@ def test_what_is_not_linked_has_none(engine: None) -> None:
     assert 'light linking' not in job.render('CPU')[1]['features']
 
 
+@pytest.mark.parametrize(('integrator', 'told'), [('TOON', 1), ('PATH', 0)])
+def test_toon_says_that_it_links_nothing(integrator: str, told: int, engine: None) -> None:
+    scene = room()
+    link(scene, 'Key', 'receiver', Cube='INCLUDE')
+    scene.cotorra.integrator = integrator
+    depsgraph, log = bpy.context.evaluated_depsgraph_get(), Log()
+    export.export_scene(depsgraph, depsgraph.scene_eval, depsgraph.view_layer_eval, log)
+    assert len([text for text in log.texts('WARNING') if 'Toon leaves out light linking' in text]) == told
+
+
 def test_sets_are_few(engine: None) -> None:
     """Objects that are linked alike are of one set, however many there are."""
     scene = room()

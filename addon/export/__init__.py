@@ -132,6 +132,8 @@ def _export(
     objects = instance_info.with_info(objects, walk, shown[items], needed, depsgraph)
     surfaces, slots = materials.material_arrays(table, engine_scene)
     links = linking.read_links(walk.groups, log)
+    if links is not None and engine_scene.cotorra.integrator == 'TOON':
+        log.warning(f'Scene "{engine_scene.name}": Toon leaves out light linking: lights light all objects there')
     shining, lamp_of = lights.usable(lamps, walk.transforms, shining, lamp_of, log)
     kept.end()
     return SceneBuffers(
