@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import argparse
 import json
-import re
 import sys
 import time
 from collections.abc import Sequence
@@ -17,7 +16,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from . import choices, explain, outputs, stats, watch
+from . import arguments, choices, explain, opening, outputs, stats, watch
 from .lab import chart, compare
 from .terminal import (
     INTERRUPTED,
@@ -32,18 +31,16 @@ if TYPE_CHECKING:
     import bpy
 
 FORMATS = {'.exr': 'OPEN_EXR', '.png': 'PNG'}
-RESOLUTION_MIN = 4  # Blender's
-BLENDER_BYTES = 1300 * 2**20  # of addresses, before a file is opened (measured, 5.2); given less, Blender crashes
 
 
-def main(arguments: Sequence[str] | None = None) -> int:
-    options = parser().parse_args(arguments)
+def main(words: Sequence[str] | None = None) -> int:
+    options = parser().parse_args(words)
     open_standard_streams()
     watcher = TerminalWatcher(sys.stderr)
     try:
         with watcher.stopped_by_signals(), watch.attached(watcher):
             if options.command == 'explain':
-                explain.run(options, open_scene, CommandError)
+                explain.run(options)
             elif options.command == 'chart':
                 chart.run(options, watcher)
             elif options.command == 'compare':
@@ -69,9 +66,7 @@ def parser() -> argparse.ArgumentParser:
         'programs that have none.',
         epilog='demos: ' + '; '.join(f'{name}: {text}' for name, text in choices.DEMOS.items()),
     )
-    source = line.add_mutually_exclusive_group(required=True)
-    source.add_argument('file', nargs='?', type=Path, metavar='FILE', help='what to render')
-    source.add_argument('--demo', choices=choices.DEMOS, metavar='NAME', help=', '.join(choices.DEMOS))
+    arguments.add_source(line)
     line.add_argument(
         '-o',
         '--output',
@@ -81,13 +76,19 @@ def parser() -> argparse.ArgumentParser:
         help='OUT.exr (32-bit float; a layer for each pass where there are several) or OUT.png (8 bit, as Blender '
         'displays it). ### stands for the frame number',
     )
-    line.add_argument('--frame', type=frames, metavar='N|A..B', help="a frame or a range (default: the file's frame)")
-    line.add_argument('--samples', type=whole(1, choices.SAMPLES_MAX), metavar='N', help='paths for each pixel')
-    line.add_argument('--seed', type=whole(0, choices.SEED_MAX), metavar='N', help='another number, other noise')
-    one_of(line, '--integrator', choices.INTEGRATORS, "{} (default: the file's; path where it was never set)")
+    line.add_argument(
+        '--frame', type=arguments.frames, metavar='N|A..B', help="a frame or a range (default: the file's frame)"
+    )
+    line.add_argument(
+        '--samples', type=arguments.whole(1, choices.SAMPLES_MAX), metavar='N', help='paths for each pixel'
+    )
+    line.add_argument(
+        '--seed', type=arguments.whole(0, choices.SEED_MAX), metavar='N', help='another number, other noise'
+    )
+    arguments.one_of(line, '--integrator', choices.INTEGRATORS, "{} (default: the file's; path where it was never set)")
     line.add_argument(
         '--tolerance',
-        type=percent,
+        type=arguments.percent,
         metavar='P',
         help='with integrator auto: most that what it leaves out may change the picture, percent of its mean',
     )
@@ -97,23 +98,30 @@ def parser() -> argparse.ArgumentParser:
         help='take the noise out with OpenImageDenoise (default: as the file says, demos: no)',
     )
     line.add_argument(
-        '--time-limit', type=seconds, metavar='S', help='stop each view layer after so many seconds, 0 for no limit'
+        '--time-limit',
+        type=arguments.seconds,
+        metavar='S',
+        help='stop each view layer after so many seconds, 0 for no limit',
     )
-    one_of(
+    arguments.one_of(
         line,
         '--settings',
         choices.SETTINGS_FROM,
         'whose settings hold: {} (default: those that were set for Cotorra, and for the rest those for Cycles)',
     )
-    one_of(line, '--model', choices.MODELS, 'render all materials with one reflection model: {}')
+    arguments.one_of(line, '--model', choices.MODELS, 'render all materials with one reflection model: {}')
     devices = ', '.join(identifier.lower() for identifier, _, _ in choices.DEVICES)
-    line.add_argument('--device', type=device, metavar='NAME', help=f'{devices}; vulkan:1 for the second graphics card')
-    one_of(line, '--ray-tracing', choices.RAY_TRACINGS, 'on a graphics card: {}')
+    line.add_argument(
+        '--device', type=arguments.device, metavar='NAME', help=f'{devices}; vulkan:1 for the second graphics card'
+    )
+    arguments.one_of(line, '--ray-tracing', choices.RAY_TRACINGS, 'on a graphics card: {}')
     health = line.add_mutually_exclusive_group()
     health.add_argument('--health', action='store_true', help='count bad samples, and tell where they come from')
     health.add_argument('--strict', action='store_true', help='as --health; samples that are not finite are an error')
-    line.add_argument('--threads', type=whole(0, choices.THREADS_MAX), metavar='N', help='0 for all processor cores')
-    line.add_argument('--size', type=size, metavar='WxH', help='in pixels')
+    line.add_argument(
+        '--threads', type=arguments.whole(0, choices.THREADS_MAX), metavar='N', help='0 for all processor cores'
+    )
+    line.add_argument('--size', type=arguments.size, metavar='WxH', help='in pixels')
     line.add_argument('--stats', type=Path, metavar='FILE.json', help='write times, rays, memory and warnings there')
     explain.add_command(commands)
     chart.add_command(commands)
@@ -121,104 +129,20 @@ def parser() -> argparse.ArgumentParser:
     return top
 
 
-def one_of(line: argparse.ArgumentParser, option: str, items: Sequence[tuple[str, str, str]], text: str) -> None:
-    """Adds an option that takes the identifier of one of these, in any case; text: its help, {} where they stand."""
-    names = [identifier for identifier, _, _ in items]
-    told = text.format(', '.join(names).lower())
-    line.add_argument(option, type=str.upper, choices=names, metavar='NAME', help=told)
-
-
-def whole(lowest: int, highest: int) -> Any:
-    """A type of argument: a whole number within limits."""
-
-    def read(text: str) -> int:
-        try:
-            number = int(text)
-        except ValueError:
-            raise argparse.ArgumentTypeError(f'{text!r} is not a whole number') from None
-        if not lowest <= number <= highest:
-            raise argparse.ArgumentTypeError(f'{number} is not from {lowest} to {highest}')
-        return number
-
-    return read
-
-
-def seconds(text: str) -> float:
-    try:
-        number = float(text)
-    except ValueError:
-        number = -1.0
-    if not 0.0 <= number <= choices.SECONDS_MAX:
-        raise argparse.ArgumentTypeError(f'{text!r} is no time from 0 to {choices.SECONDS_MAX:g} s')
-    return number
-
-
-def percent(text: str) -> float:
-    least, most = choices.TOLERANCES
-    try:
-        number = float(text)
-    except ValueError:
-        number = -1.0
-    if not least <= number <= most:
-        raise argparse.ArgumentTypeError(f'{text!r} is not from {least:g} to {most:g} %')
-    return number
-
-
-def device(text: str) -> tuple[str, int]:
-    """A device, and which one where there are several: 'vulkan:1'; -1 lets the engine choose."""
-    name, colon, index = text.partition(':')
-    names = [identifier for identifier, _, _ in choices.DEVICES]
-    if name.upper() not in names:
-        raise argparse.ArgumentTypeError(f'{name.upper()!r} is none of {", ".join(names)}')
-    return name.upper(), whole(0, choices.DEVICE_INDEX_MAX)(index) if colon else -1
-
-
-def frames(text: str) -> range:
-    match = re.fullmatch(r'(-?\d+)(?:\.\.(-?\d+))?', text)
-    if match is None:
-        raise argparse.ArgumentTypeError(f'{text!r} is neither a frame nor a range A..B')
-    first = int(match[1])
-    last = int(match[2] or match[1])
-    if last < first:
-        raise argparse.ArgumentTypeError(f'the range {text} is empty')
-    if max(abs(first), abs(last)) > choices.FRAME_MAX:
-        raise argparse.ArgumentTypeError(f'frames go to {choices.FRAME_MAX}')
-    return range(first, last + 1)
-
-
-def size(text: str) -> tuple[int, int]:
-    match = re.fullmatch(r'(\d+)x(\d+)', text)
-    if match is None:
-        raise argparse.ArgumentTypeError(f'{text!r} is not a size such as 1920x1080')
-    number = whole(1, choices.SIZE_MAX)
-    sides = number(match[1]), number(match[2])
-    if max(sides) > choices.SIZE_MAX // reduction(sides):
-        most = choices.SIZE_MAX // RESOLUTION_MIN
-        raise argparse.ArgumentTypeError(f'{text}: beside a side under {RESOLUTION_MIN}, {most} is the most')
-    return sides
-
-
-def reduction(sides: tuple[int, int]) -> int:
-    """Blender's resolutions begin at 4: a smaller picture is rendered as a quarter of one that is not."""
-    return RESOLUTION_MIN if min(sides) < RESOLUTION_MIN else 1
-
-
 def render(options: argparse.Namespace, watcher: TerminalWatcher) -> None:
     """All that `cotorra render` does. Raises CommandError; an interrupt shows in `watcher.stop`."""
     # Look before Blender is loaded, and long before an image is lost.
     if options.file is not None:
-        outputs.require_readable(options.file)
-        if not is_blend(options.file) and options.file.suffix.lower() not in choices.IMPORTERS:
-            raise CommandError(f'{options.file}: is none of .blend, {", ".join(choices.IMPORTERS)}', WRONG_ARGUMENTS)
+        opening.require_source(options.file)
     if options.output.suffix.lower() not in FORMATS:
         raise CommandError(f'{options.output}: the name must end in .exr or .png', WRONG_ARGUMENTS)
     several = len(options.frame or [0]) > 1
     paths = {number: outputs.frame_path(options.output, number, several) for number in options.frame or [None]}
     require_places(options, list(paths.values()))
 
-    scene = open_scene(options)
+    scene = opening.open_scene(options.file, options.demo)
     apply(options, scene)
-    if options.file is not None and not is_blend(options.file):
+    if options.file is not None and not opening.is_blend(options.file):
         from . import importers
 
         importers.complete(scene)
@@ -255,53 +179,6 @@ def require_places(options: argparse.Namespace, paths: list[Path]) -> None:
         outputs.require_apart(options.stats, [*paths, *files], 'the statistics')
 
 
-def is_blend(path: Path) -> bool:
-    """Whether it is a .blend file, by its name (backups end in .blend1) or by its first bytes, compressed or not."""
-    if path.suffix.lower().startswith('.blend'):
-        return True
-    with path.open('rb') as file:
-        return file.read(7).startswith((b'BLENDER', b'\x28\xb5\x2f\xfd', b'\x1f\x8b'))
-
-
-def require_address_space() -> None:
-    """Fail where a limit on the process's memory is too low for Blender to start."""
-    try:
-        import resource
-    except ImportError:  # Windows has no such limits
-        return
-    limit, _ = resource.getrlimit(resource.RLIMIT_AS)
-    if limit != resource.RLIM_INFINITY and limit < BLENDER_BYTES:
-        needed = f'Blender needs {BLENDER_BYTES >> 20} MiB to start'
-        raise CommandError(f'memory is limited to {limit >> 20} MiB (ulimit -v), and {needed}')
-
-
-def open_scene(options: argparse.Namespace) -> bpy.types.Scene:
-    """Load Blender, register the engine, and open the file or build the demo."""
-    require_address_space()
-    try:
-        import bpy
-    except ImportError as error:
-        raise CommandError(f'the Python package bpy, which holds Blender, cannot be loaded: {error}') from error
-    from . import register
-
-    register()
-    if options.demo is not None:
-        from . import demos
-
-        return demos.build(options.demo)
-    if not is_blend(options.file):
-        from . import importers
-
-        return importers.load(options.file)
-    try:
-        bpy.ops.wm.open_mainfile(filepath=str(options.file.resolve()), load_ui=False)
-    except RuntimeError as error:
-        raise CommandError(f'{options.file}: {blender_words(error)}') from error
-    if bpy.app.autoexec_fail:
-        watch.message('WARNING', f'{options.file}: its Python scripts were not run ({bpy.app.autoexec_fail_message})')
-    return bpy.context.scene
-
-
 def apply(options: argparse.Namespace, scene: bpy.types.Scene) -> None:
     """Lay the arguments over the file's own settings."""
     import bpy
@@ -311,14 +188,13 @@ def apply(options: argparse.Namespace, scene: bpy.types.Scene) -> None:
         apply_to_engine(options, item)
     render = scene.render
     if options.size is not None:
-        factor = reduction(options.size)
+        factor = arguments.reduction(options.size)
         render.resolution_x, render.resolution_y = (factor * side for side in options.size)
         render.resolution_percentage = 100 // factor
     if render.use_multiview:
         watch.message('WARNING', f'Scene "{scene.name}": of its stereo views one picture is rendered')
         render.use_multiview = False
-    if not has_layers(scene) and not shows_sequence(scene) and not shows_other_scenes(scene):
-        # Blender would write a black PNG, and crash where it writes EXR.
+    if not opening.shows_anything(scene):
         raise CommandError(f'scene "{scene.name}" has no view layer that is on (Use for Rendering)')
     apply_format(options, scene)
 
@@ -379,33 +255,6 @@ def apply_format(options: argparse.Namespace, scene: bpy.types.Scene) -> None:
     image.color_mode = 'RGBA'
 
 
-def has_layers(scene: bpy.types.Scene) -> bool:
-    return any(layer.use for layer in scene.view_layers)
-
-
-def shows_other_scenes(scene: bpy.types.Scene) -> bool:
-    """Whether the picture is put together from other scenes' view layers, too."""
-    from . import compat
-
-    tree = compat.compositing_tree(scene) if scene.render.use_compositing else None
-    trees = [tree] if tree is not None else []
-    for tree in trees:  # grows by the groups that are met
-        for node in tree.nodes:
-            if node.type == 'R_LAYERS' and node.scene not in (None, scene) and has_layers(node.scene):
-                return True
-            inner = node.node_tree if node.type == 'GROUP' else None
-            if inner is not None and inner not in trees:
-                trees.append(inner)
-    return False
-
-
-def shows_sequence(scene: bpy.types.Scene) -> bool:
-    """Whether the picture is the sequencer's; sound and what is muted show nothing."""
-    editor = scene.sequence_editor
-    strips = editor.strips if editor is not None and scene.render.use_sequencer else []
-    return any(strip.type != 'SOUND' and not strip.mute for strip in strips)
-
-
 def render_frame(scene: bpy.types.Scene, frame: int, path: Path, watcher: TerminalWatcher) -> dict[str, Any]:
     """Render one frame into its file and give its figures."""
     began = time.perf_counter()
@@ -415,7 +264,7 @@ def render_frame(scene: bpy.types.Scene, frame: int, path: Path, watcher: Termin
     with outputs.replacing(path) as new:
         # Braces in Blender's paths are expressions; doubled ones stand for themselves.
         scene.render.filepath = str(new).replace('{', '{{').replace('}', '}}')
-        failure = render_in_blender(scene)
+        failure = opening.render_in_blender(scene)
         # Whether it went well is judged by what is there: Blender tells of errors that cost no picture, and of success
         # without one.
         layers = stats.everything()
@@ -444,23 +293,6 @@ def render_frame(scene: bpy.types.Scene, frame: int, path: Path, watcher: Termin
         )
     watcher.note(f'{path}: {", ".join(words)}')
     return {'frame': frame, 'output': str(path), 'seconds': seconds, 'layers': [asdict(layer) for layer in layers]}
-
-
-def render_in_blender(scene: bpy.types.Scene) -> str:
-    """Render into the scene's file path; the errors that Blender tells of, or ''."""
-    import bpy
-
-    try:
-        bpy.ops.render.render(write_still=True, scene=scene.name)
-    except RuntimeError as error:
-        return blender_words(error)
-    return ''
-
-
-def blender_words(error: RuntimeError) -> str:
-    """Blender's own message out of the error that an operator raises."""
-    lines = [re.sub(r'^Error: (Cotorra: )?', '', line) for line in str(error).splitlines()]
-    return '; '.join(dict.fromkeys(line for line in lines if line))
 
 
 def write_stats(options: argparse.Namespace, figures: list[dict[str, Any]], warnings: list[str]) -> None:

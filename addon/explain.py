@@ -7,21 +7,19 @@ It reads one material at a time onto a square of its own; words and columns are 
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from . import choices, native
+from . import arguments, choices, native
+from .opening import open_scene, require_source
+from .terminal import WRONG_ARGUMENTS, CommandError
 
 if TYPE_CHECKING:
     import bpy
 
     from .export.buffers import SceneBuffers
     from .shader.explain import Explanation
-
-WRONG_ARGUMENTS = 2  # exit code
 
 
 # ---- The command.
@@ -35,23 +33,16 @@ def add_command(commands: Any) -> None:
         description='Prints, for each material of a .blend file or of a demo, the program that its node tree became: '
         'instructions, closures, constants, what was left out and why, and what it costs at each point.',
     )
-    source = line.add_mutually_exclusive_group(required=True)
-    source.add_argument('file', nargs='?', type=Path, metavar='FILE')
-    source.add_argument('--demo', choices=choices.DEMOS, metavar='NAME', help=', '.join(choices.DEMOS))
+    arguments.add_source(line)
     line.add_argument('--material', action='append', metavar='NAME', help='this one alone; may be given several times')
     line.add_argument('--read', action='store_true', help='print the ops as they were read, before folding, as well')
 
 
-def run(
-    options: argparse.Namespace, open_scene: Callable[[argparse.Namespace], bpy.types.Scene], error: type[Exception]
-) -> None:
-    """All that `cotorra explain` does; the text goes to stdout.
-
-    open_scene: opens what the options name. error: what is raised, with a text and, for wrong arguments, an exit code.
-    """
-    if options.file is not None and not options.file.is_file():
-        raise error(f'{options.file}: there is no such file')
-    scene = open_scene(options)
+def run(options: argparse.Namespace) -> None:
+    """All that `cotorra explain` does; the text goes to stdout. Raises CommandError."""
+    if options.file is not None:
+        require_source(options.file)
+    scene = open_scene(options.file, options.demo)
     import bpy
 
     found = [material for material in bpy.data.materials if not material.is_grease_pencil]
@@ -60,7 +51,7 @@ def run(
     for name in wanted:
         if name not in known:
             names = ', '.join(f'"{other}"' for other in sorted(known)) or 'none'
-            raise error(f'there is no material "{name}"; there are: {names}', WRONG_ARGUMENTS)
+            raise CommandError(f'there is no material "{name}"; there are: {names}', WRONG_ARGUMENTS)
     if wanted:
         found = [material for material in found if material.name in wanted]
     failed = []
@@ -73,7 +64,7 @@ def run(
             text = f'Material "{material.name}": {problem}'
         print(text if index == 0 else f'\n\n{text}', flush=True)
     if failed:
-        raise error(f'not compiled: {", ".join(failed)}')
+        raise CommandError(f'not compiled: {", ".join(failed)}')
 
 
 # ---- One material.

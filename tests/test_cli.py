@@ -19,7 +19,7 @@ import bpy
 import numpy as np
 import OpenImageIO as oiio
 import pytest
-from cotorra import cli, demos, outputs, settings, terminal
+from cotorra import cli, demos, opening, outputs, settings, terminal
 from cotorra.log import Log
 from cotorra.watch import Progress
 
@@ -192,12 +192,12 @@ def test_names_of_frames():
     ],
 )
 def test_wrong_arguments_are_named(capsys, monkeypatch, arguments, words):
-    monkeypatch.setattr(cli, 'open_scene', lambda _options: pytest.fail('it went on'))
+    monkeypatch.setattr(opening, 'open_scene', lambda *_: pytest.fail('it went on'))
     try:
         code = cli.main(arguments)
     except SystemExit as leave:
         code = leave.code
-    assert code == cli.WRONG_ARGUMENTS
+    assert code == terminal.WRONG_ARGUMENTS
     assert words in capsys.readouterr().err
 
 
@@ -255,7 +255,7 @@ def test_a_signal_to_stop_saves_what_was_rendered(process, tmp_path, suffix, sig
     out, figures = tmp_path / f'o.{suffix}', tmp_path / 'o.json'
     command = ['render', '--demo', 'box_room', '-o', out, '--size', '16x9', '--samples', 100000, '--stats', figures]
     code, told = stopped(process, 'Building', 0.6, *signals, command=command)
-    assert code == cli.INTERRUPTED, told
+    assert code == terminal.INTERRUPTED, told
     assert told.count('Stopping') == 1 and 'of 100000 samples' in told
     image = oiio.ImageBuf(str(out)).get_pixels(oiio.FLOAT)
     assert image.shape[:2] == (9, 16) and image.max() > 0.3
@@ -266,7 +266,7 @@ def test_a_signal_to_stop_saves_what_was_rendered(process, tmp_path, suffix, sig
 def test_ctrl_c_ends_a_range_of_frames(process, blend, tmp_path):
     command = ['render', blend, '-o', tmp_path / 'o.png', '--size', '16x9', '--samples', 100000, '--frame', '4..9']
     code, told = stopped(process, 'Building', 0.6, signal.SIGINT, command=command)
-    assert code == cli.INTERRUPTED, told
+    assert code == terminal.INTERRUPTED, told
     assert 'frame 5 and later ones are not rendered' in told
     assert [path.name for path in tmp_path.glob('*o*.png')] == ['o0004.png']
 
@@ -282,7 +282,7 @@ def test_ctrl_c_while_building_leaves_the_image_that_was_there(tmp_path, monkeyp
 
     monkeypatch.setattr(fake_native.Scene, 'build_bvh', build_and_press)
     code, told = run_cli('render', '--demo', 'box_room', '-o', out, *SMALL, fake='build_seconds=60')
-    assert code == cli.INTERRUPTED, told
+    assert code == terminal.INTERRUPTED, told
     assert 'interrupted before anything was rendered' in told
     assert list(tmp_path.iterdir()) == [out] and out.read_bytes() == b'an older picture'
 

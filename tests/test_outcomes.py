@@ -11,7 +11,7 @@ import json
 import bpy
 import OpenImageIO as oiio
 import pytest
-from cotorra import cli, terminal
+from cotorra import opening, terminal
 
 from render_calls import run_cli
 from scenes import build
@@ -70,8 +70,8 @@ def test_no_view_layer_is_on(scene, tmp_path, name, single):
 
 def test_an_error_that_costs_no_picture_is_a_warning(scene, tmp_path, monkeypatch):
     """Blender raises for anything that reported an error while it rendered."""
-    honest = cli.render_in_blender
-    monkeypatch.setattr(cli, 'render_in_blender', lambda scene: honest(scene) or 'the coffee is out')
+    honest = opening.render_in_blender
+    monkeypatch.setattr(opening, 'render_in_blender', lambda scene: honest(scene) or 'the coffee is out')
     code, told, found = rendered(tmp_path)
     assert code == 0 and 'Warning: Scene "Scene", frame 1: the coffee is out' in told
     assert found is not None

@@ -20,8 +20,8 @@ from typing import Any
 
 import numpy as np
 
-from .. import choices, metrics, outputs
-from ..terminal import FAILED, INTERRUPTED, WRONG_ARGUMENTS, CommandError, TerminalWatcher
+from .. import arguments, choices, metrics, opening
+from ..terminal import FAILED, INTERRUPTED, CommandError, TerminalWatcher
 from . import page, pictures, plan, results, worker
 from .driver import Driver
 from .plan import Plan, Series
@@ -78,13 +78,9 @@ def task_of(options: argparse.Namespace) -> dict[str, Any]:
 
 def source_of(options: argparse.Namespace) -> str:
     """The demo, or the file's name and digest; CommandError where it is none that can be opened."""
-    from ..cli import is_blend
-
     if options.file is None:
         return options.demo
-    outputs.require_readable(options.file)
-    if not is_blend(options.file) and options.file.suffix.lower() not in choices.IMPORTERS:
-        raise CommandError(f'{options.file}: is none of .blend, {", ".join(choices.IMPORTERS)}', WRONG_ARGUMENTS)
+    opening.require_source(options.file)
     return f'{options.file.name} {hashlib.sha256(options.file.read_bytes()).hexdigest()[:12]}'
 
 
@@ -271,8 +267,6 @@ def as_markdown(rows: Sequence[Sequence[Any]]) -> str:
 
 def add_command(commands: Any) -> None:
     """Adds `chart` to the command line's commands."""
-    from .. import cli
-
     line = commands.add_parser(
         'chart',
         help='chart speed against accuracy of a scene',
@@ -280,17 +274,17 @@ def add_command(commands: Any) -> None:
         'OUT/index.html, chart.png, sheet.jpg, table.csv, table.md and thumbnails. A chart that was stopped is gone on '
         'with by the same command.',
     )
-    source = line.add_mutually_exclusive_group(required=True)
-    source.add_argument('file', nargs='?', type=Path, metavar='FILE', help='.blend, or a file that can be imported')
-    source.add_argument('--demo', choices=choices.DEMOS, metavar='NAME', help=', '.join(choices.DEMOS))
+    arguments.add_source(line)
     line.add_argument('-o', '--output', required=True, type=Path, metavar='OUT', help='folder')
     line.add_argument('--budget', type=budget, metavar='S', help='seconds that all may take; samples are chosen by it')
-    line.add_argument('--points', type=cli.whole(1, POINTS_MAX), default=20, metavar='N', help='at most (20)')
-    line.add_argument('--samples', type=listed(cli.whole(1, choices.SAMPLES_MAX)), metavar='N,..', help='of points')
-    line.add_argument('--seeds', type=cli.whole(1, 64), default=2, metavar='N', help='renders of each point (2)')
+    line.add_argument('--points', type=arguments.whole(1, POINTS_MAX), default=20, metavar='N', help='at most (20)')
+    line.add_argument(
+        '--samples', type=listed(arguments.whole(1, choices.SAMPLES_MAX)), metavar='N,..', help='of points'
+    )
+    line.add_argument('--seeds', type=arguments.whole(1, 64), default=2, metavar='N', help='renders of each point (2)')
     line.add_argument(
         '--reference-samples',
-        type=cli.whole(1, choices.SAMPLES_MAX),
+        type=arguments.whole(1, choices.SAMPLES_MAX),
         metavar='N',
         help=f'of a reference in all ({plan.REFERENCE_SHARE} times the most samples)',
     )
@@ -307,13 +301,11 @@ def add_command(commands: Any) -> None:
 
 def add_frame_options(line: argparse.ArgumentParser) -> None:
     """Of what is rendered, at which size, by how many."""
-    from .. import cli
-
     line.add_argument(
-        '--size', type=cli.size, metavar='WxH', help="in pixels (as many as 320x180, in the file's shape)"
+        '--size', type=arguments.size, metavar='WxH', help="in pixels (as many as 320x180, in the file's shape)"
     )
     line.add_argument('--frame', type=frame, metavar='N', help="default: the file's")
-    line.add_argument('--threads', type=cli.whole(0, choices.THREADS_MAX), metavar='N', help='0 for all cores')
+    line.add_argument('--threads', type=arguments.whole(0, choices.THREADS_MAX), metavar='N', help='0 for all cores')
 
 
 def several(line: argparse.ArgumentParser, option: str, names: Sequence[str], text: str = '') -> None:
@@ -341,6 +333,4 @@ def budget(text: str) -> float:
 
 
 def frame(text: str) -> int:
-    from ..cli import whole
-
-    return whole(-choices.FRAME_MAX, choices.FRAME_MAX)(text)
+    return arguments.whole(-choices.FRAME_MAX, choices.FRAME_MAX)(text)

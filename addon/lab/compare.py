@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from .. import choices, metrics, outputs
+from .. import arguments, choices, metrics, outputs
 from ..metrics import Error, Image, Interval, Reference, SameImage
 from ..terminal import INTERRUPTED, WRONG_ARGUMENTS, CommandError, TerminalWatcher
 from . import chart, pictures, results
@@ -126,21 +126,17 @@ def run(options: argparse.Namespace, watcher: TerminalWatcher) -> None:
 
 def add_command(commands: Any) -> None:
     """Adds `compare` to the command line's commands."""
-    from .. import cli
-
     line = commands.add_parser(
         'compare',
         help='compare with Cycles',
         description='Renders a scene by Cotorra and by Cycles, reduced, writes both and their signed difference side '
         'by side, and prints the figures.',
     )
-    source = line.add_mutually_exclusive_group(required=True)
-    source.add_argument('file', nargs='?', type=Path, metavar='FILE', help='.blend, or a file that can be imported')
-    source.add_argument('--demo', choices=choices.DEMOS, metavar='NAME', help=', '.join(choices.DEMOS))
+    arguments.add_source(line)
     line.add_argument('-o', '--output', type=Path, metavar='OUT', help='OUT.png or .jpg (NAME-compare.png)')
     line.add_argument(
-        '--samples', type=cli.whole(1, choices.SAMPLES_MAX), default=SAMPLES, metavar='N', help=f'({SAMPLES})'
+        '--samples', type=arguments.whole(1, choices.SAMPLES_MAX), default=SAMPLES, metavar='N', help=f'({SAMPLES})'
     )
     line.add_argument('--denoise', action='store_true', help='both, by OpenImageDenoise')
-    cli.one_of(line, '--integrator', choices.INTEGRATORS, '{} (path)')
+    arguments.one_of(line, '--integrator', choices.INTEGRATORS, '{} (path)')
     chart.add_frame_options(line)

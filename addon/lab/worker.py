@@ -7,7 +7,6 @@ each is answered by a file FOLDER/NUMBER.json, the opening by 0.json. It ends wh
 
 from __future__ import annotations
 
-import argparse
 import json
 import os
 import sys
@@ -17,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .. import stats, watch
+from .. import arguments, opening, stats, watch
 from ..terminal import FAILED, CommandError
 from . import plan
 
@@ -73,22 +72,22 @@ class Silent(watch.Watcher):
 
 def open_task(task: dict[str, Any]) -> bpy.types.Scene:
     """Opens the file or demo and makes it ready: its own camera, layers and frame, at a reduced size."""
-    from .. import cli, compat
+    from .. import compat
 
     file = Path(task['file']) if task['file'] else None
-    scene = cli.open_scene(argparse.Namespace(file=file, demo=task['demo']))
+    scene = opening.open_scene(file, task['demo'])
     render = scene.render
     shape = render.resolution_x / render.resolution_y * render.pixel_aspect_x / render.pixel_aspect_y
     size = task['size'] or [round((AREA * shape) ** 0.5), round((AREA / shape) ** 0.5)]
-    render.resolution_x, render.resolution_y = (max(cli.RESOLUTION_MIN, side) for side in size)
+    render.resolution_x, render.resolution_y = (max(arguments.RESOLUTION_MIN, side) for side in size)
     render.resolution_percentage = 100
-    if file is not None and not cli.is_blend(file):
+    if file is not None and not opening.is_blend(file):
         from .. import importers
 
         importers.complete(scene)
     if scene.camera is None:
         raise CommandError(f'{task["file"] or task["demo"]}: scene "{scene.name}" has no camera')
-    if not cli.has_layers(scene):
+    if not opening.has_layers(scene):
         raise CommandError(f'scene "{scene.name}" has no view layer that is on (Use for Rendering)')
     if task['frame'] is not None:
         scene.frame_set(task['frame'])
@@ -180,8 +179,6 @@ def own_clock(text: str) -> float:
 
 def render(scene: bpy.types.Scene, job: dict[str, Any], folder: Path, clock: Clock) -> dict[str, Any]:
     """Renders a job (series, samples, seed) and answers with seconds and the picture's file."""
-    from .. import cli
-
     series = plan.Series(**job['series'])
     set_up(scene, series, job['samples'], job['seed'])
     path = folder / 'render.exr'
@@ -190,7 +187,7 @@ def render(scene: bpy.types.Scene, job: dict[str, Any], folder: Path, clock: Clo
     stats.clear_everything()
     clock.reset()
     began, cpu = time.perf_counter(), time.process_time()
-    failure = cli.render_in_blender(scene)
+    failure = opening.render_in_blender(scene)
     whole, cpu = time.perf_counter() - began, time.process_time() - cpu
     layers = stats.everything()
     problem = '; '.join(layer.error for layer in layers if layer.error) or failure
