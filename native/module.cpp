@@ -160,6 +160,7 @@ CameraInput read_camera(nb::handle camera) {
   in.clip = nb::cast<std::array<float, 2>>(nb::getattr(camera, "clip"));
   in.resolution = nb::cast<std::array<int, 2>>(nb::getattr(camera, "resolution"));
   in.region = nb::cast<std::array<int, 4>>(nb::getattr(camera, "region"));
+  in.filter = nb::cast<std::string>(nb::getattr(camera, "filter"));
   in.filter_width = nb::cast<float>(nb::getattr(camera, "filter_width"));
   return in;
 }

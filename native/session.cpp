@@ -30,15 +30,29 @@ void require(bool good, const std::string &name, const std::string &value, const
   if (!good) throw std::invalid_argument(name + " = " + value + ", must be " + expected);
 }
 
-// Inverse cumulative distribution of the Blackman-Harris window over -1..1, at uniform probabilities.
-std::vector<float> blackman_harris_inverse_cdf() {
+// Half the support of a pixel filter over its width, as Cycles has them.
+float filter_reach(const std::string &filter) {
+  if (filter == "BOX") return 0.5f;
+  if (filter == "GAUSSIAN") return 1.5f;
+  require(filter == "BLACKMAN_HARRIS", "camera.filter", "'" + filter + "'", "BOX, GAUSSIAN or BLACKMAN_HARRIS");
+  return 1.0f;
+}
+
+// A pixel filter at a place in its support, -1..1.
+double filter_weight(const std::string &filter, double place) {
+  if (filter == "BOX") return 1.0;
+  if (filter == "GAUSSIAN") return std::exp(-18.0 * place * place);
+  const double phase = std::numbers::pi * (place + 1.0);
+  return 0.35875 - 0.48829 * std::cos(phase) + 0.14128 * std::cos(2.0 * phase) - 0.01168 * std::cos(3.0 * phase);
+}
+
+// Inverse cumulative distribution of a pixel filter over -1..1, at uniform probabilities.
+std::vector<float> filter_inverse_cdf(const std::string &filter) {
   constexpr int kSteps = 8192;
   std::vector<double> cdf(kSteps + 1, 0.0);
   for (int i = 0; i < kSteps; ++i) {
-    const double phase = 2.0 * std::numbers::pi * (i + 0.5) / kSteps;
-    const double w =
-        0.35875 - 0.48829 * std::cos(phase) + 0.14128 * std::cos(2.0 * phase) - 0.01168 * std::cos(3.0 * phase);
-    cdf[static_cast<std::size_t>(i) + 1] = cdf[static_cast<std::size_t>(i)] + w;
+    const double place = 2.0 * (i + 0.5) / kSteps - 1.0;
+    cdf[static_cast<std::size_t>(i) + 1] = cdf[static_cast<std::size_t>(i)] + filter_weight(filter, place);
   }
   std::vector<float> table(FILTER_TABLE_SIZE);
   std::size_t j = 0;
@@ -65,7 +79,7 @@ CameraData camera_data(const CameraInput &in) {
   c.pixel_height = (in.window[3] - in.window[2]) / static_cast<float>(in.resolution[1]);
   c.clip_start = in.clip[0];
   c.clip_end = in.clip[1];
-  c.filter_radius = in.filter_width;
+  c.filter_radius = in.filter_width * filter_reach(in.filter);
   return c;
 }
 
@@ -149,7 +163,6 @@ Session::Session(std::shared_ptr<const Scene> scene, const CameraInput &camera, 
     : scene_(std::move(scene)),
       settings_(settings),
       passes_(select_passes(settings, scene_->light_group_count())),
-      filter_table_(blackman_harris_inverse_cdf()),
       film_(checked(camera).region[2], camera.region[3], tile_size(camera), passes_),
       restarts_(restarts) {
   describe(camera);
@@ -163,7 +176,7 @@ void Session::restart(const CameraInput &camera, const SettingsInput &settings) 
   same.seed = settings_.seed;
   same.noise_threshold = settings_.noise_threshold;
   same.adaptive_min_samples = settings_.adaptive_min_samples;
-  const bool keep = restarts_ && same == settings_;
+  const bool keep = restarts_ && same == settings_ && camera.filter == filter_;  // a card keeps the filter's table
   settings_ = settings;
   passes_ = select_passes(settings_, scene_->light_group_count());
   film_ = Film(checked(camera).region[2], camera.region[3], tile_size(camera), passes_);
@@ -185,6 +198,8 @@ void Session::describe(const CameraInput &camera) {
 
   job_ = {};
   scene_data_ = scene_->data();
+  if (filter_table_.empty() || filter_ != camera.filter) filter_table_ = filter_inverse_cdf(camera.filter);
+  filter_ = camera.filter;
   scene_data_.filter_table = {filter_table_.data()};
   job_.scene = &scene_data_;
   job_.camera = camera_data(camera);

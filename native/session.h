@@ -29,6 +29,7 @@ struct CameraInput {  // addon/export/buffers.py, Camera
   std::array<float, 2> clip{};
   std::array<int, 2> resolution{};
   std::array<int, 4> region{};        // x0, y0, width, height
+  std::string filter = "BLACKMAN_HARRIS";
   float filter_width = 1.5f;
 };
 
@@ -114,6 +115,7 @@ class Session {
   std::shared_ptr<const Scene> scene_;
   SettingsInput settings_;
   PassSelection passes_;
+  std::string filter_;
   std::vector<float> filter_table_;
   SceneData scene_data_;
   std::shared_ptr<const RayTracer> tracer_;  // where a program traces rays on the CPU

@@ -87,13 +87,14 @@ def test_clip_and_filter() -> None:
     assert found.clip == (0.25, 64) and found.filter_width == 2.5
 
 
-def test_other_pixel_filters_are_reported() -> None:
+@pytest.mark.parametrize(('kind', 'width'), [('BLACKMAN_HARRIS', 2.5), ('GAUSSIAN', 2.5), ('BOX', 1.0)])
+def test_pixel_filters(kind: str, width: float) -> None:
     scene = build.new_scene()
     build.camera(scene)
-    scene.cycles.pixel_filter_type = 'BOX'
+    scene.cycles.pixel_filter_type, scene.cycles.filter_width = kind, 2.5
     log = Log()
-    exported_camera(scene, log)
-    assert log.texts('WARNING') == ['Scene "Scene": pixel filter BOX is not supported yet: Blackman-Harris is used']
+    found = exported_camera(scene, log)
+    assert (found.filter, found.filter_width) == (kind, width) and not log.texts('WARNING')
 
 
 def test_resolution_and_border_are_those_of_real_renders() -> None:

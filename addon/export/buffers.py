@@ -357,7 +357,8 @@ class Camera:
     clip:       near and far along the viewing axis, metres.
     resolution: width and height of the whole picture in pixels.
     region:     x0, y0, width, height of the rendered part in pixels, y upwards.
-    filter_width: of the Blackman-Harris pixel filter, in pixels (Blender's default 1.5).
+    filter:     the pixel filter, as Cycles names and defines them: 'BLACKMAN_HARRIS', 'GAUSSIAN' or 'BOX'.
+    filter_width: in pixels: half a Blackman-Harris', a third of a Gauss', all of a box's support.
     """
 
     kind: str
@@ -367,6 +368,7 @@ class Camera:
     resolution: tuple[int, int]
     region: tuple[int, int, int, int]
     filter_width: float = 1.5
+    filter: str = 'BLACKMAN_HARRIS'
 
 
 @dataclass(frozen=True, slots=True)

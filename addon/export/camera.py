@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import bpy
 import numpy as np
@@ -58,7 +59,7 @@ def read_camera(
         clip=lens.clip,
         resolution=(width, height),
         region=region if region is not None else border_region(render),
-        filter_width=filter_width(scene, log),
+        **pixel_filter(scene, log),
     )
 
 
@@ -141,12 +142,12 @@ def _without_scale(matrix: np.ndarray) -> F32 | None:
     return unscaled.astype(np.float32)
 
 
-def filter_width(scene: bpy.types.Scene, log: Log) -> float:
-    """Width of the pixel filter: Cycles' setting, for its scenes to look the same; where there is none, the scene's."""
+def pixel_filter(scene: bpy.types.Scene, log: Log) -> dict[str, Any]:
+    """`filter` and `filter_width` of a Camera: Cycles', for its scenes to look the same; else the scene's width."""
     cycles = getattr(scene, 'cycles', None)  # absent where the Cycles add-on is disabled
     if cycles is None:
-        return scene.render.filter_size
-    if cycles.pixel_filter_type != 'BLACKMAN_HARRIS':
-        kind = cycles.pixel_filter_type
-        log.warning(f'Scene "{scene.name}": pixel filter {kind} is not supported yet: Blackman-Harris is used')
-    return bounds.of_property(cycles, 'filter_width', lambda text: log.warning(f'Scene "{scene.name}": {text}'))
+        return {'filter_width': scene.render.filter_size}
+    if cycles.pixel_filter_type == 'BOX':  # a pixel wide, whatever the width
+        return {'filter': 'BOX', 'filter_width': 1.0}
+    width = bounds.of_property(cycles, 'filter_width', lambda text: log.warning(f'Scene "{scene.name}": {text}'))
+    return {'filter': cycles.pixel_filter_type, 'filter_width': width}

@@ -121,7 +121,11 @@ class COTORRA_RENDER_PT_film_pixel_filter(CotorraPanel, bpy.types.Panel):
         return super().poll(context) and hasattr(context.scene, 'cycles')
 
     def draw(self, context):
-        split_layout(self).prop(context.scene.cycles, 'filter_width', text='Width')
+        cycles = context.scene.cycles
+        layout = split_layout(self)
+        layout.prop(cycles, 'pixel_filter_type', text='Type')
+        if cycles.pixel_filter_type != 'BOX':
+            layout.prop(cycles, 'filter_width', text='Width')
 
 
 class COTORRA_RENDER_PT_performance(HeadingPanel, bpy.types.Panel):

@@ -55,7 +55,7 @@ def read_view(
         clip=clip,
         resolution=size,
         region=(0, 0, *size),
-        filter_width=export_camera.filter_width(scene, log),
+        **export_camera.pixel_filter(scene, log),
     )
     return replace(camera, region=rendered_region(scene, space, camera, through, log))
 
@@ -134,7 +134,7 @@ def same(a: Camera | None, b: Camera | None) -> bool:
 
 
 def _values(camera: Camera) -> tuple:
-    lens = (camera.kind, camera.window, camera.clip, camera.filter_width)
+    lens = (camera.kind, camera.window, camera.clip, camera.filter, camera.filter_width)
     return camera.transform.tobytes(), *lens, camera.resolution, camera.region
 
 

@@ -27,18 +27,10 @@ def homogeneous(rows: np.ndarray) -> np.ndarray:
     return np.vstack((rows.astype(np.float64), (0, 0, 0, 1)))
 
 
-def material(scene: dict[str, Any], index: int) -> dict[str, Any]:
-    table = scene['materials']
-    return {
-        'type': 'twosided',
-        'bsdf': {
-            'type': 'principled',
-            'base_color': {'type': 'rgb', 'value': [float(value) for value in table['base_color'][index]]},
-            'metallic': float(table['metallic'][index]),
-            'roughness': float(table['roughness'][index]),
-            'specular': float(table['specular_level'][index]),
-        },
-    }
+def material(surface: dict[str, Any]) -> dict[str, Any]:
+    numbers = {name: surface[name] for name in ('metallic', 'roughness', 'specular')}
+    color = {'type': 'rgb', 'value': surface['base_color']}
+    return {'type': 'twosided', 'bsdf': {'type': 'principled', 'base_color': color, **numbers}}
 
 
 def shape(
@@ -54,11 +46,11 @@ def shape(
     return mesh
 
 
-def shapes(scene: dict[str, Any]) -> dict[str, Any]:
+def shapes(scene: dict[str, Any], surfaces: list[dict[str, Any]]) -> dict[str, Any]:
     """One mesh for each instance and material, in world space: Mitsuba traces that faster than instances."""
     result: dict[str, Any] = {}
     instances = scene['instances']
-    bsdfs = {index: mi.load_dict(material(scene, index)) for index in np.unique(scene['material_slots'])}
+    bsdfs = {index: mi.load_dict(material(surfaces[index])) for index in np.unique(scene['material_slots'])}
     for i, mesh_index in enumerate(instances['mesh']):
         mesh = scene['meshes'][mesh_index]
         matrix = instances['transform'][i].astype(np.float64)
@@ -81,9 +73,9 @@ def shapes(scene: dict[str, Any]) -> dict[str, Any]:
             props['bsdf'] = bsdfs[index]
             if normals is None:
                 props['face_normals'] = True
-            emission = scene['materials']['emission'][index]
-            if emission.any():
-                radiance = {'type': 'rgb', 'value': [float(value) for value in emission]}
+            emission = surfaces[index]['emission']
+            if any(emission):
+                radiance = {'type': 'rgb', 'value': emission}
                 props['emitter'] = mi.load_dict({'type': 'area', 'radiance': radiance})
             result[f'shape{i}_{slot}'] = shape(f'{i}_{slot}', positions, normals, triangles[slots == slot], props)
     return result
@@ -166,7 +158,7 @@ def main() -> None:
     mi.set_log_level(mi.LogLevel.Error)
     dump = pickle.loads(Path(task['dump']).read_bytes())
     began = time.perf_counter()
-    description: dict[str, Any] = {'type': 'scene', **shapes(dump['scene'])}
+    description: dict[str, Any] = {'type': 'scene', **shapes(dump['scene'], dump['surfaces'])}
     bounds = mi.load_dict(description).bbox()
     centre, extent = np.array(bounds.center()), float(np.linalg.norm(bounds.extents()))
     lamps = lights(dump['scene'], centre, extent)

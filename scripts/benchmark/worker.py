@@ -45,7 +45,8 @@ class BenchDump(bpy.types.RenderEngine):
 
     def render(self, depsgraph: bpy.types.Depsgraph) -> None:
         buffers, camera = exported(depsgraph)
-        dump = {'scene': dataclasses.asdict(buffers), 'camera': dataclasses.asdict(camera)}
+        surfaces = [plain(bpy.data.materials.get(name)) for name in buffers.materials.names]
+        dump = {'scene': dataclasses.asdict(buffers), 'surfaces': surfaces, 'camera': dataclasses.asdict(camera)}
         Path(self.path).write_bytes(pickle.dumps(dump))
         self.end_result(self.begin_result(0, 0, self.resolution_x, self.resolution_y))
 
@@ -92,6 +93,26 @@ class BenchShares(bpy.types.RenderEngine):
         settings = render_settings(depsgraph.scene_eval, depsgraph.view_layer_eval, ('combined',), Log())
         self.found.update(shares.measure(native.load(), buffers, camera, settings, native.embree_library()))
         self.end_result(self.begin_result(0, 0, self.resolution_x, self.resolution_y))
+
+
+def plain(material: bpy.types.Material | None) -> dict[str, Any]:
+    """A material without textures: the unlinked inputs of its Principled BSDF, a new one's where it has none."""
+    nodes = material.node_tree.nodes if material is not None else ()
+    node = next((node for node in nodes if node.type == 'BSDF_PRINCIPLED'), None)
+    if node is None:
+        return {'base_color': [0.8] * 3, 'metallic': 0.0, 'roughness': 0.5, 'specular': 0.5, 'emission': [0.0] * 3}
+
+    def value(name: str) -> Any:
+        return node.inputs[name].default_value
+
+    strength = value('Emission Strength')
+    return {
+        'base_color': list(value('Base Color'))[:3],
+        'metallic': value('Metallic'),
+        'roughness': value('Roughness'),
+        'specular': value('Specular IOR Level'),
+        'emission': [strength * channel for channel in value('Emission Color')[:3]],
+    }
 
 
 def exported(depsgraph: bpy.types.Depsgraph) -> tuple[Any, Any]:
