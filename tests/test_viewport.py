@@ -297,7 +297,7 @@ def without_card(reason: str) -> SimpleNamespace:
             raise module.DeviceError(reason)
         return module.Session(scene, camera, settings, **options)
 
-    return SimpleNamespace(Scene=module.Scene, Session=session, Cancelled=module.Cancelled)
+    return SimpleNamespace(**{**vars(module), 'Session': session})
 
 
 @pytest.mark.parametrize('falls_back', [True, False])
