@@ -53,6 +53,18 @@ def seconds(text: str) -> float:
     return number
 
 
+def strength(text: str) -> float:
+    """A type of argument: how strictly fireflies are held back, 0 for not at all."""
+    most = choices.REWEIGHTING_MAX
+    try:
+        number = float(text)
+    except ValueError:
+        number = -1.0
+    if not (number == 0.0 or 1.0 / most <= number <= most):
+        raise argparse.ArgumentTypeError(f'{text!r} is neither 0 nor from {1.0 / most:g} to {most:g}')
+    return number
+
+
 def percent(text: str) -> float:
     least, most = choices.TOLERANCES
     try:

@@ -206,6 +206,7 @@ IMPORTERS = {
 
 TOLERANCES = (0.01, 100.0)  # of integrator AUTO, percent of the picture's mean: least, most
 SAMPLES_MAX = 2**24
+REWEIGHTING_MAX = 100.0  # strength; the least is one over it
 SEED_MAX = 2**31 - 1  # the largest integer of Blender's properties
 BOUNCES_MAX = 1024
 SHININESS_MAX = 1e6

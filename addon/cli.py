@@ -98,6 +98,12 @@ def parser() -> argparse.ArgumentParser:
         help='take the noise out with OpenImageDenoise (default: as the file says, demos: no)',
     )
     line.add_argument(
+        '--reweight',
+        type=arguments.strength,
+        metavar='S',
+        help='hold fireflies back: 1 as usual, 2 twice as strictly, 0 not at all (default: as the file says, demos: 1)',
+    )
+    line.add_argument(
         '--time-limit',
         type=arguments.seconds,
         metavar='S',
@@ -222,6 +228,11 @@ def apply_to_engine(options: argparse.Namespace, scene: bpy.types.Scene) -> None
         scene.cotorra.integrator = options.integrator
     if options.tolerance is not None:
         scene.cotorra.auto_tolerance = options.tolerance
+    if options.reweight is not None:
+        if options.reweight > 0.0 and scene.cotorra.settings_from == 'CYCLES':
+            watch.message('WARNING', f'Scene "{scene.name}": fireflies are not reweighted with the settings for Cycles')
+        scene.cotorra.use_reweighting = options.reweight > 0.0
+        scene.cotorra.reweighting_strength = options.reweight or 1.0
     if options.model is not None:
         scene.cotorra.use_model_override = True
         scene.cotorra.model_override.model = options.model

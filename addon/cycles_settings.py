@@ -380,6 +380,12 @@ def inherited(scene: bpy.types.Scene, name: str) -> float:
     return getattr(*source(scene, name))
 
 
+def holds_of_ours(scene: bpy.types.Scene, name: str) -> bool:
+    """Whether a setting of ours that Cycles has none of holds: not where the file's settings for Cycles do."""
+    own = scene.cotorra
+    return own.settings_from == 'COTORRA' or (own.settings_from == 'AUTO' and own.is_property_set(name))
+
+
 def override(scene: bpy.types.Scene, name: str, value: float) -> None:
     """Set one of INHERITED so that it holds, whoever's property that is."""
     if scene.cotorra.settings_from != 'CYCLES':

@@ -23,7 +23,8 @@ class CotorraRenderEngine(bpy.types.RenderEngine):
     viewport: Viewport | None = None  # of the instance that Blender makes for a 3D viewport; ends with it
 
     def update_render_passes(self, scene=None, renderlayer=None):
-        passes.register(self, scene, renderlayer, settings.denoising(scene, renderlayer) is not None)
+        denoised = settings.denoising(scene, renderlayer) is not None
+        passes.register(self, scene, renderlayer, denoised, settings.reweights(scene))
 
     def render(self, depsgraph):
         final_render.render_view_layer(self, depsgraph)

@@ -30,6 +30,7 @@ PICTURE_GROWTH = 1.25
 PICTURE_SECONDS_MAX = 10.0
 PICTURE_COST = 20.0
 MANY_LIGHTS = 100_000  # so many are told of
+READINGS = ('unweighted', 'combined')  # the picture without and with weights of fireflies
 
 
 class RenderError(Exception):
@@ -212,6 +213,8 @@ class RenderJob:
                 session.continue_on_cpu()
                 self.render(session, render_settings, sources)
             self.tell_of_clamping(session)
+            if render_settings.reweighting > 0.0:
+                self.tell_of_reweighting(session)
             if render_settings.adaptive:
                 self.tell_of_noise(session, render_settings)
             self.tell_of_health(session, render_settings, names)
@@ -349,6 +352,17 @@ class RenderJob:
         light, held = figures.get('light', 0.0), figures.get('held_light', 0.0)
         if held > 0.0:
             self.log.info(f'Clamping held back {100.0 * held / light:.2g} % of the light')
+
+    def tell_of_reweighting(self, session: Any) -> None:
+        """What the weights of fireflies took out of the picture (below 0) or, where light takes away, put into it."""
+        plain, kept = (float(passes.read(session, self.result, name)[..., :3].mean(dtype=float)) for name in READINGS)
+        if plain == 0.0:
+            return
+        self.stats.reweighting = 100.0 * (kept - plain) / abs(plain)
+        self.log.info(
+            f'Reweighting fireflies changed the light by {self.stats.reweighting:+.2g} % '
+            f'(pass "{passes.UNWEIGHTED_IMAGE}" is without)'
+        )
 
     def tell_of_noise(self, session: Any, render_settings: RenderSettings) -> None:
         """The error that is left: below the threshold where few samples did, above it where the last one came first."""

@@ -60,9 +60,10 @@ DENOISING_PASSES = (
     RenderPass('Denoising Normal', 'denoising_normal', 'XYZ', 'VECTOR', 'denoising_store_passes'),
 )
 NOISY_IMAGE = 'Noisy Image'  # Combined as it was before it was denoised
+UNWEIGHTED_IMAGE = 'Unweighted Image'  # the plain mean, where fireflies count less in Combined
 
 # Native passes that hold light, beside the light groups.
-LIGHT_PASSES = frozenset({'combined', 'emission', 'environment'})
+LIGHT_PASSES = frozenset({'combined', 'unweighted', 'emission', 'environment'})
 
 # Switches of a view layer that Blender's file keeps but that no pass of Cotorra answers yet, with their names.
 NOT_RENDERED = {
@@ -85,8 +86,11 @@ NOT_RENDERED = {
 }
 
 
-def requested(view_layer: bpy.types.ViewLayer, denoised: bool) -> Iterator[tuple[str, str, str]]:
-    """Name, channels and kind of each pass that the view layer asks for; `denoised`: its picture will be."""
+def requested(
+    view_layer: bpy.types.ViewLayer, denoised: bool, reweighted: bool = False
+) -> Iterator[tuple[str, str, str]]:
+    """Name, channels and kind of each pass that the view layer asks for; `denoised`, `reweighted`: its picture will
+    be."""
     yield 'Combined', 'RGBA', 'COLOR'
     for entry in PASSES:
         if getattr(view_layer, entry.flag, False):
@@ -98,6 +102,8 @@ def requested(view_layer: bpy.types.ViewLayer, denoised: bool) -> Iterator[tuple
             yield entry.name, entry.channels, entry.kind
     if denoised:
         yield NOISY_IMAGE, 'RGBA', 'COLOR'
+    if reweighted:
+        yield UNWEIGHTED_IMAGE, 'RGBA', 'COLOR'
     for entry in DENOISING_PASSES:
         if getattr(getattr(view_layer, 'cycles', None), entry.flag, False):
             yield entry.name, entry.channels, entry.kind
@@ -122,10 +128,14 @@ def missing(view_layer: bpy.types.ViewLayer) -> list[str]:
 
 
 def register(
-    engine: bpy.types.RenderEngine, scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer, denoised: bool
+    engine: bpy.types.RenderEngine,
+    scene: bpy.types.Scene,
+    view_layer: bpy.types.ViewLayer,
+    denoised: bool,
+    reweighted: bool,
 ) -> None:
     """Answer `update_render_passes`: the render result and the compositor's sockets are made from this."""
-    for name, channels, kind in requested(view_layer, denoised):
+    for name, channels, kind in requested(view_layer, denoised, reweighted):
         engine.register_pass(scene, view_layer, name, len(channels), channels, kind)
 
 
@@ -140,6 +150,7 @@ def native_sources(
     known |= {entry.name: entry.native for entry in (*OWN_PASSES, *DENOISING_PASSES)}
     known |= {name: f'light:{number}' for name, number in lamp_passes.items()}
     known['Combined'] = known[NOISY_IMAGE] = 'combined'
+    known[UNWEIGHTED_IMAGE] = 'unweighted'
     known[SAMPLE_COUNT] = 'sample_count'
     for index, group in enumerate(light_groups):
         known[LIGHT_GROUP_PREFIX + group] = f'lightgroup:{index}'
@@ -165,7 +176,7 @@ class Film:
             pixels[..., :3] *= np.float32(self.exposure)
         if native == 'denoising_normal' and self.view is not None:
             pixels[...] = pixels @ self.view.T
-        if native == 'combined' and self.white is not None:
+        if native in ('combined', 'unweighted') and self.white is not None:
             reinhard(pixels[..., :3], self.white)
 
 

@@ -22,6 +22,7 @@ from .choices import (
     HEALTHS,
     INTEGRATORS,
     RAY_TRACINGS,
+    REWEIGHTING_MAX,
     SAMPLES_MAX,
     SECONDS_MAX,
     SEED_MAX,
@@ -335,6 +336,23 @@ class CotorraSceneSettings(bpy.types.PropertyGroup):
         description='Blur reflections that are seen by way of rough surfaces. 0 for none',
         default=0.0,
         min=0.0,
+        soft_max=10.0,
+        update=tag_scene,
+    )
+    use_reweighting: switch(
+        'Reweight Fireflies',
+        'Let samples that are far brighter than all around them count less, the less the fewer there are. The plain '
+        'mean stays in the pass "Unweighted Image". While the settings are those for Cycles it has no effect',
+        True,
+    )
+    reweighting_strength: FloatProperty(
+        name='Strength',
+        description='How strictly fireflies are held back. At 1 they may add a quarter of the brightness around them, '
+        'at 2 an eighth',
+        default=1.0,
+        min=1.0 / REWEIGHTING_MAX,
+        max=REWEIGHTING_MAX,
+        soft_min=0.1,
         soft_max=10.0,
         update=tag_scene,
     )

@@ -65,12 +65,32 @@ def render_settings(
         cache=str(native.cache_folder()),
         health=own.health != 'OFF' or 'health' in native_passes,
         firefly_limit=_firefly_limit(scene, samples),
+        reweighting=reweighting(scene, log),
+        white=_white(scene),
         **{name: cycles_settings.inherited(scene, name) for name in INHERITED},
         **{name: inherited_number(scene, name, log) for name in INHERITED_NUMBERS},
         **{name: getattr(own, name) for name in SAME_NAMES},
         **{name: _number(own, name, scene, log) for name in NUMBERS},
         **{name: _color(own, name, scene, log) for name in COLORS},
     )
+
+
+def reweights(scene: bpy.types.Scene) -> bool:
+    """Whether fireflies are held back by their weight."""
+    own = scene.cotorra
+    holds = cycles_settings.holds_of_ours(scene, 'use_reweighting') and own.integrator in DENOISED
+    return holds and own.use_reweighting
+
+
+def reweighting(scene: bpy.types.Scene, log: Log) -> float:
+    """How strictly; 0: not at all."""
+    return _number(scene.cotorra, 'reweighting_strength', scene, log) if reweights(scene) else 0.0
+
+
+def _white(scene: bpy.types.Scene) -> float:
+    """Radiance that is shown as white: by the exposures of Cycles' film and of the view."""
+    exposure = getattr(getattr(scene, 'cycles', None), 'film_exposure', 1.0) * 2.0**scene.view_settings.exposure
+    return min(max(1.0 / exposure, 1e-6), 1e6) if exposure > 0.0 else 1.0
 
 
 def _firefly_limit(scene: bpy.types.Scene, samples: int) -> float:

@@ -20,7 +20,8 @@ class LayerStats:
     """One view layer of one frame, in seconds and bytes.
 
     samples was asked for, samples_done is what every pixel has, progress the part of the work that is done. noise is
-    the mean error that adaptive sampling estimates to be left (kernels/film.h), 0 without it.
+    the mean error that adaptive sampling estimates to be left (kernels/film.h), 0 without it. reweighting is what
+    holding fireflies back changed the picture's mean by, in percent.
     memory_peak_bytes is the process's so far, memory_above_bytes what this render added to memory_before_bytes at
     most. `scene` and `session` are the rest of what the native module counted. `auto` is what integrator AUTO chose and
     why (auto/choice.py), empty with all others; its pilot's seconds are no part of render_seconds. health: what was
@@ -38,6 +39,7 @@ class LayerStats:
     samples: int = 0
     samples_done: int = 0
     noise: float = 0.0
+    reweighting: float = 0.0
     progress: float = 0.0
     sync_seconds: float = 0.0
     build_seconds: float = 0.0

@@ -38,10 +38,11 @@ struct JobData {
   float outline_x;  // half of a line's width, pixels
   float outline_y;
   float rows;  // of the whole picture, pixels
+  float white;  // radiance that is shown as white
 };
 
 #ifdef __cplusplus
-static_assert(sizeof(JobData) == 184);
+static_assert(sizeof(JobData) == 188);
 }  // namespace cotorra
 #endif
 

@@ -38,6 +38,8 @@ const uint FEATURE_AREA_LIGHTS = 524288u;  // a lamp is a rectangle or an ellips
 const uint FEATURE_HEALTH = 1048576u;      // bad samples are counted, with where they came to be (CPU)
 const uint FEATURE_LIGHT_TREE = 2097152u;  // lights are picked by a tree: meshes that emit, or many lamps
 const uint FEATURE_LIGHT_LINKING = 4194304u;  // some lights light, or are shadowed by, some objects alone
+const uint FEATURE_REWEIGHTING =
+    8388608u;  // bright samples are kept apart (reweighting.h); the CPU asks batch by batch
 
 // ---- Ray visibility, as Blender's visible_* flags; also Embree's ray masks.
 const uint VISIBLE_CAMERA = 1u;

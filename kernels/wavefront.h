@@ -7,11 +7,11 @@
 
 #include "bvh.h"
 #include "denoising.h"
-#include "film.h"
 #include "job.h"
 #include "lamp_terms.h"
 #include "occlusion.h"
 #include "outline.h"
+#include "reweighting.h"
 #include "toon.h"
 #include "whitted.h"
 
@@ -106,6 +106,7 @@ BUFFER_RW(WaveTerms, WaveTermsRwBuffer)
 BUFFER_RW(OutlinePoint, OutlinePointRwBuffer)
 BUFFER_RW(OutlineSums, OutlineSumsRwBuffer)
 BUFFER_RW(FilmPixel, FilmPixelRwBuffer)
+BUFFER_RW(BrightSum, BrightSumRwBuffer)
 
 struct AccelerationData {
   TracedGeometryBuffer geometries;
@@ -136,6 +137,7 @@ struct WaveData {
   FilmPixelRwBuffer film;
   Vec3RwBuffer film_odd;
   WaveRecordRwBuffer film_records;
+  BrightSumRwBuffer film_bright;
   Vec3RwBuffer film_groups;
   Vec3RwBuffer film_lamps;
   WaveTermsRwBuffer film_terms;

@@ -61,6 +61,7 @@ class Renderer {
       counts_.bounce += static_cast<std::uint64_t>(lanes);
     }
     stage_samples(tracer_, pixels, first, per_pixel);
+    if ((job_.features & FEATURE_REWEIGHTING) != 0u) stage_bright(tracer_, pixels, per_pixel);
   }
 
  private:

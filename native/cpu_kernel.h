@@ -58,6 +58,7 @@ struct RenderJob {
   bool camera_meets_lights;  // a lamp is visible to camera rays
   bool last_rays_find_light;  // the world or a mesh: worth the last ray of any path, not only of those that meet lamps
   bool measure_tracing;
+  float white;  // radiance that is shown as such
   float firefly_limit;  // radiance of a bounce from which on it is one, where bad samples are counted
   ClassicJob classic;
   const std::atomic<bool> *cancel;

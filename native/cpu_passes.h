@@ -49,5 +49,21 @@ void stage_samples(const Tracer &t, std::span<const std::uint16_t> pixels, uint 
   }
 }
 
+// Sorts the bright samples, where they are asked for.
+void stage_bright(const Tracer &t, std::span<const std::uint16_t> pixels, uint per_pixel) {
+  Batch &b = t.batch;
+  const float white = t.job.white;
+  std::size_t slot = 0;
+  for (const std::uint16_t pixel : pixels) {
+    BrightSum *const sums = b.staged.bright.data() + pixel * BRIGHT_CASCADES;
+    for (uint s = 0; s < per_pixel; ++s, ++slot) {
+      const vec3 light = film_vector(b.radiance[slot]);
+      const float size = brightness(light);
+      if (size <= white) continue;
+      for (uint c = 0; c < BRIGHT_CASCADES; ++c) bright_add(sums[c], light, size, c, white);
+    }
+  }
+}
+
 }  // namespace
 }  // namespace cotorra

@@ -13,12 +13,12 @@ namespace cotorra {
 namespace {
 
 // What the stages have: all there is today. A feature that comes to the CPU first is refused, not left out.
-constexpr std::uint32_t kFeatures = FEATURE_BOUNCES | FEATURE_SOFT_LIGHTS | FEATURE_VISIBLE_LIGHTS |
-                                    FEATURE_EMISSIVE_MESHES | FEATURE_WORLD | FEATURE_SPECULAR | FEATURE_BSDF_RAYS |
-                                    FEATURE_DATA_PASSES | FEATURE_LIGHT_GROUPS | FEATURE_LIGHT_SHAPES | FEATURE_MODELS |
-                                    FEATURE_TRANSPARENCY | FEATURE_PROGRAMS | FEATURE_TERMS | FEATURE_OCCLUSION |
-                                    FEATURE_LOBES | FEATURE_WHITTED | FEATURE_TOON | FEATURE_WORLD_LIGHT |
-                                    FEATURE_AREA_LIGHTS | FEATURE_LIGHT_TREE | FEATURE_LIGHT_LINKING;
+constexpr std::uint32_t kFeatures =
+    FEATURE_BOUNCES | FEATURE_SOFT_LIGHTS | FEATURE_VISIBLE_LIGHTS | FEATURE_EMISSIVE_MESHES | FEATURE_WORLD |
+    FEATURE_SPECULAR | FEATURE_BSDF_RAYS | FEATURE_DATA_PASSES | FEATURE_LIGHT_GROUPS | FEATURE_LIGHT_SHAPES |
+    FEATURE_MODELS | FEATURE_TRANSPARENCY | FEATURE_PROGRAMS | FEATURE_TERMS | FEATURE_OCCLUSION | FEATURE_LOBES |
+    FEATURE_WHITTED | FEATURE_TOON | FEATURE_WORLD_LIGHT | FEATURE_AREA_LIGHTS | FEATURE_LIGHT_TREE |
+    FEATURE_LIGHT_LINKING | FEATURE_REWEIGHTING;
 constexpr std::size_t kLargestTile = 32 * 32;  // pixels; a session's tiles may be smaller
 
 // The device that was asked for, index -1: the first that can. Throws DeviceError with the reasons of those that

@@ -42,6 +42,7 @@ constexpr Feature kFeatures[] = {
     {FEATURE_AREA_LIGHTS, "area lights", "no lamp is a rectangle or an ellipse"},
     {FEATURE_HEALTH, "numerical health", "nobody counts bad samples"},
     {FEATURE_LIGHT_LINKING, "light linking", "no light is linked to objects"},
+    {FEATURE_REWEIGHTING, "reweighting", "fireflies are not held back by their weight"},
     {FEATURE_LIGHT_TREE, "light tree", "no mesh emits, and there are few lamps: each is sampled"},
 };
 

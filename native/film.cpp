@@ -8,6 +8,7 @@
 
 #include "../kernels/sampling.h"
 #include "memory.h"
+#include "reweighting.h"
 
 namespace cotorra {
 namespace {
@@ -29,7 +30,8 @@ std::vector<std::uint16_t> morton_order(int width, int height) {
 // Of a pixel with its passes.
 std::uint64_t pixel_bytes(const PassSelection &passes) {
   const auto if_kept = [](bool kept, std::size_t bytes) { return kept ? bytes : 0; };
-  return sizeof(FilmPixel) + if_kept(passes.error, sizeof(vec3) + sizeof(std::uint32_t) + sizeof(std::uint16_t)) +
+  return sizeof(FilmPixel) + if_kept(passes.bright, BRIGHT_CASCADES * sizeof(BrightSum)) +
+         if_kept(passes.error, sizeof(vec3) + sizeof(std::uint32_t) + sizeof(std::uint16_t)) +
          if_kept(passes.nearest, sizeof(NearestRecord)) + if_kept(passes.surface, sizeof(SurfaceRecord)) +
          if_kept(passes.features, sizeof(FeatureRecord)) + if_kept(passes.emission, sizeof(vec3)) +
          if_kept(passes.environment, sizeof(vec3)) + if_kept(passes.shadow, sizeof(ShadowRecord)) +
@@ -52,7 +54,7 @@ float per_sample(const FilmTile &t, std::size_t i) {
 }
 
 Reader reader_of(const std::string &pass, const PassSelection &has, bool transparent) {
-  if (pass == "combined") {
+  if (pass == "combined" || pass == "unweighted") {
     return [transparent](const FilmTile &t, std::size_t i, float *out) {
       const float s = per_sample(t, i);
       write(t.pixels[i].radiance * s, out);
@@ -168,6 +170,7 @@ void FilmTile::clear_as(const FilmTile &tile) {
   occlusion.assign(tile.occlusion.size(), 0.0f);
   terms.assign(tile.terms.size(), TermRecord{});
   health.assign(tile.health.size(), vec3(0.0f));
+  bright.assign(tile.bright.size(), BrightSum{vec3(0.0f), 0.0f});
   groups.assign(tile.groups.size(), vec3(0.0f));
   lamps.assign(tile.lamps.size(), vec3(0.0f));
 }
@@ -202,6 +205,11 @@ void FilmTile::add(const FilmTile &staged, std::uint32_t count) {
       terms[i].d += staged.terms[i].d;
       terms[i].g += staged.terms[i].g;
       terms[i].f += staged.terms[i].f;
+    }
+    const std::size_t b = bright.size() / pixels.size();
+    for (std::size_t c = i * b; c < (i + 1) * b; ++c) {
+      bright[c].light += staged.bright[c].light;
+      bright[c].count += staged.bright[c].count;
     }
     const std::size_t n = groups.size() / pixels.size();
     for (std::size_t g = 0; g < n; ++g) groups[i * n + g] += staged.groups[i * n + g];
@@ -253,6 +261,7 @@ void Film::make_tiles(int tile_size) {
       if (passes.occlusion) t.occlusion.assign(n, 0.0f);
       if (passes.terms) t.terms.resize(n);
       if (passes.health) t.health.assign(n, vec3(0.0f));
+      if (passes.bright) t.bright.assign(n * BRIGHT_CASCADES, BrightSum{vec3(0.0f), 0.0f});
       if (passes.light_groups > 0) t.groups.assign(n * passes.light_groups, vec3(0.0f));
       if (passes.lamps > 0) t.lamps.assign(n * passes.lamps, vec3(0.0f));
     }
@@ -260,21 +269,21 @@ void Film::make_tiles(int tile_size) {
 }
 
 int Film::channels(const std::string &pass) {
-  if (pass == "combined") return 4;
+  if (pass == "combined" || pass == "unweighted") return 4;
   if (pass == "term_d" || pass == "term_g" || pass == "depth" || pass == "object_index" || pass == "material_index" ||
       pass == "sample_count" || pass == "noise")
     return 1;
   return 3;
 }
 
-void Film::read(const std::string &pass, bool transparent, std::span<float> out) {
+void Film::read(const std::string &pass, const FilmReading &how, std::span<float> out) {
   const auto n = static_cast<std::size_t>(channels(pass));
   if (out.size() != static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_) * n) {
     throw std::invalid_argument("pass '" + pass + "': the array has " + std::to_string(out.size()) +
                                 " entries, expected " + std::to_string(height_) + " x " + std::to_string(width_) +
                                 " x " + std::to_string(n));
   }
-  const Reader reader = reader_of(pass, passes_, transparent);
+  const Reader reader = reader_of(pass, passes_, how.transparent);
   for (FilmTile &t : tiles_) {
     const std::lock_guard lock(t.mutex);
     std::size_t i = 0;
@@ -285,6 +294,7 @@ void Film::read(const std::string &pass, bool transparent, std::span<float> out)
       for (int x = 0; x < t.width; ++x, ++i) reader(t, i, row + static_cast<std::size_t>(x) * n);
     }
   }
+  if (pass == "combined" && passes_.bright) reweight(tiles_, width_, height_, how.reweighting, out);
 }
 
 }  // namespace cotorra

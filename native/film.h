@@ -12,7 +12,7 @@
 #include <utility>
 #include <vector>
 
-#include "../kernels/film.h"
+#include "../kernels/reweighting.h"
 #include "../kernels/language.h"
 
 namespace cotorra {
@@ -27,6 +27,7 @@ struct PassSelection {
   bool occlusion = false;
   bool terms = false;    // D, G, F
   bool error = false;    // adaptive sampling
+  bool bright = false;    // Combined with fireflies held back
   bool features = false;  // Denoising Albedo, Denoising Normal
   bool health = false;    // bad samples
   std::uint32_t light_groups = 0;
@@ -83,6 +84,7 @@ struct FilmTile {
   std::vector<float> occlusion;           // sky that is free
   std::vector<TermRecord> terms;
   std::vector<vec3> health;               // samples: not finite or mended, negative, fireflies
+  std::vector<BrightSum> bright;          // [pixel * BRIGHT_CASCADES + cascade]
   std::vector<vec3> groups;               // [pixel * light_groups + group]
   std::vector<vec3> lamps;                // [pixel * lamps + lamp]
   std::vector<vec3> odd;                  // adaptive sampling: radiance of every second sample
@@ -98,6 +100,12 @@ struct FilmTile {
 
   std::uint32_t samples_of(std::size_t pixel) const { return samples.empty() ? sample_count : samples[pixel]; }
   const std::vector<std::uint16_t> &to_sample() const { return samples.empty() ? *order : pending; }
+};
+
+// How sums become the pictures that a session shows.
+struct FilmReading {
+  bool transparent = false;
+  float reweighting = 0.0f;  // strength, see reweighting.h; 0: Combined is the plain mean
 };
 
 // N of a pass that is called "kindN"; ~0 where it is another.
@@ -118,7 +126,7 @@ class Film {
 
   // Writes the normalised state of a pass into out[height][width][channels]; row 0 is the bottom. Throws
   // std::invalid_argument for a name that is unknown or was not asked for.
-  void read(const std::string &pass, bool transparent, std::span<float> out);
+  void read(const std::string &pass, const FilmReading &how, std::span<float> out);
   static int channels(const std::string &pass);
 
  private:

@@ -48,6 +48,7 @@ JobData job_data(const RenderJob &job) {
   data.outline_x = c.outline_x;
   data.outline_y = c.outline_y;
   data.rows = c.rows;
+  data.white = job.white;
   return data;
 }
 

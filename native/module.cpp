@@ -179,6 +179,8 @@ SettingsInput read_settings(nb::handle settings) {
   in.clamp_indirect = nb::cast<float>(nb::getattr(settings, "clamp_indirect"));
   in.filter_glossy = nb::cast<float>(nb::getattr(settings, "filter_glossy"));
   in.light_threshold = nb::cast<float>(nb::getattr(settings, "light_threshold"));
+  in.reweighting = nb::cast<float>(nb::getattr(settings, "reweighting"));
+  in.white = nb::cast<float>(nb::getattr(settings, "white"));
   in.reflective_caustics = nb::cast<bool>(nb::getattr(settings, "reflective_caustics"));
   in.refractive_caustics = nb::cast<bool>(nb::getattr(settings, "refractive_caustics"));
   in.adaptive = nb::cast<bool>(nb::getattr(settings, "adaptive"));

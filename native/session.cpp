@@ -96,6 +96,7 @@ void see_from(const CameraData &c, const CameraInput &in, SceneData &scene) {
 PassSelection select_passes(const SettingsInput &settings, std::uint32_t light_groups) {
   PassSelection p;
   p.error = settings.adaptive;
+  p.bright = settings.reweighting > 0.0f;
   for (const std::string &name : settings.passes) {
     if (name == "depth" || name == "position" || name == "object_index" || name == "material_index") {
       p.nearest = true;
@@ -122,7 +123,8 @@ PassSelection select_passes(const SettingsInput &settings, std::uint32_t light_g
     } else if (name.starts_with("lightgroup:")) {
       p.light_groups = light_groups;
     } else {
-      require(name == "combined" || name == "sample_count", "settings.passes", "'" + name + "'", "a known pass");
+      require(name == "combined" || name == "unweighted" || name == "sample_count", "settings.passes", "'" + name + "'",
+              "a known pass");
     }
   }
   return p;
@@ -194,6 +196,10 @@ void Session::restart(const CameraInput &camera, const SettingsInput &settings) 
 void Session::describe(const CameraInput &camera) {
   require(settings_.samples >= 1 && settings_.samples <= kMaxSamples, "settings.samples",
           std::to_string(settings_.samples), "1 to 16777216");
+  require(settings_.reweighting >= 0.0f && settings_.reweighting < INFINITE_DISTANCE, "settings.reweighting",
+          std::to_string(settings_.reweighting), "0 or more");
+  require(settings_.white > 0.0f && settings_.white < INFINITE_DISTANCE, "settings.white",
+          std::to_string(settings_.white), "above 0");
   const auto samples = static_cast<std::uint32_t>(settings_.samples);
 
   job_ = {};
@@ -210,6 +216,7 @@ void Session::describe(const CameraInput &camera) {
   apply_integrator(settings_, camera, *scene_, job_, scene_data_);
   if (passes_.any_data()) job_.features |= FEATURE_DATA_PASSES;
   if (passes_.occlusion) job_.features |= FEATURE_OCCLUSION;
+  if (passes_.bright) job_.features |= FEATURE_REWEIGHTING;
   if (passes_.light_groups > 0) job_.features |= FEATURE_LIGHT_GROUPS;
   if (passes_.terms || passes_.lamps > 0) job_.features |= FEATURE_TERMS;
   // What a surface is, passes show even where the integrator does not ask.
@@ -217,6 +224,7 @@ void Session::describe(const CameraInput &camera) {
   if (passes_.emission) job_.features |= scene_->features() & FEATURE_EMISSIVE_MESHES;
   // Graphics cards do not count.
   if ((settings_.health || passes_.health) && settings_.device.kind == "CPU") job_.features |= FEATURE_HEALTH;
+  job_.white = settings_.white;
   job_.firefly_limit = settings_.firefly_limit;
   job_.seed = settings_.seed;
   scene_data_.seed = settings_.seed;
@@ -400,7 +408,9 @@ std::uint32_t Session::samples_done() const {
   return least > 0 ? pass_ends_[least - 1] : 0;
 }
 
-void Session::read(const std::string &pass, std::span<float> out) { film_.read(pass, settings_.transparent, out); }
+void Session::read(const std::string &pass, std::span<float> out) {
+  film_.read(pass, {settings_.transparent, settings_.reweighting}, out);
+}
 
 SessionStats Session::stats() const {
   const std::lock_guard lock(mutex_);

@@ -42,6 +42,7 @@ struct SettingsInput {  // addon/export/buffers.py, RenderSettings
   float clamp_direct = 0.0f, clamp_indirect = 0.0f;  // 0: no limit
   float filter_glossy = 0.0f;
   float light_threshold = 0.0f;
+  float reweighting = 0.0f, white = 1.0f;
   bool reflective_caustics = true, refractive_caustics = true;
   bool adaptive = false;
   float noise_threshold = 0.01f;

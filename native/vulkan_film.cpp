@@ -53,6 +53,7 @@ void FilmOnCard::reserve(WaveData &wave) {
   wave.film.v = add<FilmPixel>(n, summed);
   if (passes.error) wave.film_odd.v = add<vec3>(n, summed);
   if ((job_.features & FEATURE_DATA_PASSES) != 0) wave.film_records.v = add<WaveRecord>(n, summed);
+  if (passes.bright) wave.film_bright.v = add<BrightSum>(n * BRIGHT_CASCADES, summed);
   if (passes.light_groups > 0) wave.film_groups.v = add<vec3>(n * passes.light_groups, summed);
   if (passes.lamps > 0) wave.film_lamps.v = add<vec3>(n * passes.lamps, summed);
   if (passes.terms) wave.film_terms.v = add<WaveTerms>(n, summed);
@@ -111,6 +112,10 @@ void FilmOnCard::take(FilmTile &staged, std::size_t pixel, std::size_t i) const 
     if (!staged.environment.empty()) staged.environment[i] = r.environment;
     if (!staged.shadow.empty()) staged.shadow[i] = {r.lit, r.unshadowed};
     if (!staged.occlusion.empty()) staged.occlusion[i] = r.occlusion;
+  }
+  if (job_.passes.bright) {
+    std::copy_n(next(BRIGHT_CASCADES, static_cast<BrightSum *>(nullptr)), BRIGHT_CASCADES,
+                staged.bright.begin() + static_cast<std::ptrdiff_t>(i * BRIGHT_CASCADES));
   }
   const std::size_t groups = job_.passes.light_groups;
   if (groups > 0) std::copy_n(next(groups, static_cast<vec3 *>(nullptr)), groups, staged.groups.begin() + i * groups);

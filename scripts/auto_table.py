@@ -97,7 +97,7 @@ def set_up(scene: Any, task: dict[str, Any]) -> None:
     render.image_settings.color_mode = 'RGB'
     own = scene.cotorra
     own.samples = task['samples']
-    own.use_adaptive_sampling = own.use_denoising = own.use_animated_seed = False
+    own.use_adaptive_sampling = own.use_denoising = own.use_animated_seed = own.use_reweighting = False
     own.time_limit = 0.0
     for layer in scene.view_layers:
         layer.samples = 0

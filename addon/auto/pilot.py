@@ -109,6 +109,7 @@ class Pilot:
                     samples=samples,
                     seed=number,
                     adaptive=False,
+                    reweighting=0.0,
                     passes=('combined',),
                     threads=max(1, threads // len(numbers)),
                 ),

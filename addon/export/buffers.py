@@ -378,6 +378,8 @@ class RenderSettings:
     integrator: one of choices.INTEGRATORS. max_bounces counts all, the others their kind; only PATH reads them.
     clamp_direct, clamp_indirect: most that a contribution brings, the mean of its channels; 0: no limit. For DIRECT and
         PATH. filter_glossy: as Cycles has it, 0: none.
+    reweighting: how strictly fireflies are held back in 'combined', see properties.py; 0: it is the plain mean, which
+        'unweighted' is in any case. white: radiance that is shown as white, from which on samples are looked at.
     light_threshold: light below which shadow rays are traced at random, 0: all are. For DIRECT and PATH.
     ambient_color to outline_object: as in properties.py.
     passes:     native pass names, see PASSES; 'combined' is always there.
@@ -402,6 +404,8 @@ class RenderSettings:
     clamp_indirect: float = 0.0
     filter_glossy: float = 0.0
     light_threshold: float = 0.0
+    reweighting: float = 0.0
+    white: float = 1.0
     reflective_caustics: bool = True
     refractive_caustics: bool = True
     adaptive: bool = False
@@ -437,6 +441,7 @@ class RenderSettings:
 # of each pixel as adaptive sampling estimates it (kernels/film.h).
 PASSES = {
     'combined': 4,
+    'unweighted': 4,
     'depth': 1,
     'position': 3,
     'normal': 3,

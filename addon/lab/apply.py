@@ -16,7 +16,8 @@ EEVEE_NAMES = ('BLENDER_EEVEE', 'BLENDER_EEVEE_NEXT')
 
 
 def apply(scene: bpy.types.Scene, series: plan.Series, samples: int) -> None:
-    """Engine, integrator, model, device, samples, adaptive stop and denoising; the rest stays.
+    """Engine, integrator, model, device, samples, adaptive stop and denoising; the rest stays, but weights of fireflies
+    are off where they were not set.
 
     CommandError where the engine is not there.
     """
@@ -38,6 +39,8 @@ def apply(scene: bpy.types.Scene, series: plan.Series, samples: int) -> None:
         render.engine = choices.ENGINE
         for name, value in settings.items():
             cycles_settings.override(scene, name, value)
+        if not scene.cotorra.is_property_set('use_reweighting'):  # a bias that nobody asked for
+            scene.cotorra.use_reweighting = False
         scene.cotorra.integrator = series.integrator
         scene.cotorra.device = series.device
         scene.cotorra.use_model_override = bool(series.model)

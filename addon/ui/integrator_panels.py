@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import bpy
 
-from .. import choices, stats
+from .. import choices, cycles_settings, settings, stats
 from .panel import CotorraPanel, HeadingPanel, setting, split_layout, wrapped
 
 
@@ -89,6 +89,14 @@ class COTORRA_RENDER_PT_light_paths_clamping(BouncesPanel, bpy.types.Panel):
         setting(column, context.scene, 'clamp_direct')
         if context.scene.cotorra.integrator in PATHS:
             setting(column, context.scene, 'clamp_indirect')
+        own = context.scene.cotorra
+        heading = split_layout(self).column(align=True, heading='Reweight Fireflies')
+        row = heading.row(align=True)
+        row.active = cycles_settings.holds_of_ours(context.scene, 'use_reweighting')  # else it is off
+        row.prop(own, 'use_reweighting', text='')
+        strength = row.row()
+        strength.active = settings.reweights(context.scene)
+        strength.prop(own, 'reweighting_strength')
 
 
 class COTORRA_RENDER_PT_light_paths_caustics(BouncesPanel, bpy.types.Panel):

@@ -11,7 +11,7 @@ import bpy
 # What is set and why, for the head of the report.
 RULES = (
     'same scene, resolution, threads, pixel filter, bounces (total = diffuse = glossy = transmission) for both',
-    'off for both: adaptive sampling, denoising, clamping, Filter Glossy, time limit',
+    'off for both: adaptive sampling, denoising, clamping, Filter Glossy, time limit; in Cotorra: weights of fireflies',
     'off in Cycles: light threshold, guiding, fast GI, tiling',
     'on in Cycles: caustics, light tree (its default), automatic sampling pattern (its default)',
     'off for both: motion blur, compositor, sequencer, simplify, persistent data',
@@ -68,7 +68,7 @@ def make_fair(scene: bpy.types.Scene, engine: str, bounces: int, size: tuple[int
         ours.device = 'CPU'
         ours.integrator = 'PATH' if bounces else 'DIRECT'
         ours.settings_from = 'COTORRA'
-        ours.use_adaptive_sampling = ours.use_denoising = False
+        ours.use_adaptive_sampling = ours.use_denoising = ours.use_reweighting = False
         ours.time_limit = 0
         ours.clamp_direct = ours.clamp_indirect = ours.filter_glossy = ours.light_threshold = 0
         ours.reflective_caustics = ours.refractive_caustics = True

@@ -36,6 +36,17 @@ void add_terms(uint pixel, WaveTerms terms) {
   WAVE.film_terms.v[pixel].f += film_vector(terms.f);
 }
 
+void add_bright(uint pixel, vec3 radiance) {
+  const vec3 light = film_vector(radiance);
+  const float size = brightness(light);
+  if (size <= JOB.white) return;
+  for (uint c = 0u; c < BRIGHT_CASCADES; ++c) {
+    BrightSum sum = LOAD(WAVE.film_bright, pixel * BRIGHT_CASCADES + c);
+    bright_add(sum, light, size, c, JOB.white);
+    STORE(WAVE.film_bright, pixel * BRIGHT_CASCADES + c, sum);
+  }
+}
+
 void main() {
   const uint index = gl_GlobalInvocationID.x;
   if (index >= push.pixel_count) return;
@@ -50,6 +61,7 @@ void main() {
     const bool finite = film_add(sum, radiance, s.alpha);
     if (!finite) atomicAdd(WAVE.counters.v[WAVE_REJECTED], 1u);
     if (((push.first_sample + k) & 1u) != 0u) odd += radiance;
+    if (FEATURE(FEATURE_REWEIGHTING)) add_bright(pixel, radiance);
     if (FEATURE(FEATURE_DATA_PASSES)) add_record(pixel, LOAD(WAVE.records, lane));
     if (FEATURE(FEATURE_LIGHT_GROUPS) && finite) {
       for (uint g = 0u; g < JOB.light_groups; ++g) {
