@@ -347,8 +347,8 @@ class CotorraSceneSettings(bpy.types.PropertyGroup):
     )
     reweighting_strength: FloatProperty(
         name='Strength',
-        description='How strictly fireflies are held back. At 1 they may add a quarter of the brightness around them, '
-        'at 2 an eighth',
+        description='How strictly fireflies are held back. At 1 those of a brightness may add half of what is around '
+        'them, at 2 a quarter',
         default=1.0,
         min=1.0 / REWEIGHTING_MAX,
         max=REWEIGHTING_MAX,

@@ -10,7 +10,7 @@
 namespace cotorra {
 
 // Takes out of `combined` ([height][width][4], the plain mean, row 0 at the bottom) the light that is held back.
-// strength: 1 lets samples that are rare for their brightness add a quarter of what is around them, 2 an eighth.
+// strength: 1 lets samples that are rare for their brightness add half of what is around them, 2 a quarter.
 void reweight(std::span<FilmTile> tiles, int width, int height, float strength, std::span<float> combined);
 
 }  // namespace cotorra
