@@ -46,12 +46,12 @@ FN bool film_add(INOUT(FilmPixel) pixel, INOUT(vec3) radiance, float alpha) {
   return finite;
 }
 
-// Error of a pixel after n samples, relative to how bright it looks: difference of all samples to every second one
-// (Dammertz et al. 2010, as Cycles scales it). Compare with the noise threshold.
-FN float film_error(vec3 sum, vec3 odd, float n) {
+// Error of the mean of n samples, relative to how bright it looks (as Cycles scales it), from its difference to that of
+// the first m. Of independent samples that difference has the variance v/m - v/n, their mean v/n. Compare with the
+// noise threshold.
+FN float film_error(vec3 sum, float n, vec3 part, float m) {
   const vec3 mean = sum * (1.0f / n);
-  const vec3 half_mean = odd * (2.0f / n);
-  const vec3 d = abs(mean - half_mean);
+  const vec3 d = abs(mean - part * (1.0f / m)) * sqrt(m / (n - m));
   const float brightness = max(mean.x + mean.y + mean.z, 0.0f);
   return (d.x + d.y + d.z) / (0.0001f + sqrt(brightness));
 }

@@ -135,7 +135,6 @@ struct WaveData {
   // By pixel of the tiles that are being rendered.
   WavePixelBuffer pixels;
   FilmPixelRwBuffer film;
-  Vec3RwBuffer film_odd;
   WaveRecordRwBuffer film_records;
   BrightSumRwBuffer film_bright;
   Vec3RwBuffer film_groups;
@@ -144,7 +143,6 @@ struct WaveData {
   JobData job;
   uint lanes;  // there are
   uint sample_bits;
-  uint adaptive;  // film_odd is kept
 };
 BUFFER_RW(WaveData, WaveDataBuffer)
 

@@ -60,7 +60,7 @@ class Renderer {
       lanes = bounce_rays(lanes, bounce);
       counts_.bounce += static_cast<std::uint64_t>(lanes);
     }
-    stage_samples(tracer_, pixels, first, per_pixel);
+    stage_samples(tracer_, pixels, per_pixel);
     if ((job_.features & FEATURE_REWEIGHTING) != 0u) stage_bright(tracer_, pixels, per_pixel);
   }
 

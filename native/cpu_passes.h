@@ -12,27 +12,31 @@ namespace cotorra {
 namespace {
 
 // Light as it counts where it is clamped, and how much that holds back.
-vec3 count_clamped(vec3 light, float limit, RayCounts &counts) {
+vec3 count_clamped(vec3 light, float limit, bool caustic, RayCounts &counts) {
   const vec3 kept = clamped_light(light, limit);
-  counts.light += static_cast<double>(film_number(luminance(light)));
-  counts.held_light += static_cast<double>(film_number(luminance(light - kept)));
+  const auto all = static_cast<double>(film_number(luminance(light)));
+  const auto held = static_cast<double>(film_number(luminance(light - kept)));
+  counts.light += all;
+  counts.held_light += held;
+  if (caustic) {
+    counts.caustics += all;
+    counts.held_caustics += held;
+  }
   return kept;
 }
 
-// Adds the samples to their pixels; the odd ones alone as well, where an error is asked for.
-void stage_samples(const Tracer &t, std::span<const std::uint16_t> pixels, uint first, uint per_pixel) {
+// Adds the samples to their pixels.
+void stage_samples(const Tracer &t, std::span<const std::uint16_t> pixels, uint per_pixel) {
   Batch &b = t.batch;
   const RenderJob &job = t.job;
   std::size_t slot = 0;
   for (const std::uint16_t pixel : pixels) {
     FilmPixel sum{vec3(0.0f), 0.0f};
-    vec3 odd(0.0f);
     for (uint s = 0; s < per_pixel; ++s, ++slot) {
       vec3 radiance = b.radiance[slot];
       const bool finite = film_add(sum, radiance, b.alpha[slot]);
       t.counts.rejected += finite ? 0u : 1u;
       if (FEATURE(FEATURE_HEALTH) && !finite) note_bad(t, slot, {BAD_NOT_FINITE, HEALTH_UNKNOWN});
-      if (((first + s) & 1u) != 0u) odd += radiance;
       if (FEATURE(FEATURE_LIGHT_GROUPS) && finite) {
         const std::size_t n = job.passes.light_groups;
         for (std::size_t g = 0; g < n; ++g) b.staged.groups[pixel * n + g] += film_vector(b.groups[slot * n + g]);
@@ -45,7 +49,6 @@ void stage_samples(const Tracer &t, std::span<const std::uint16_t> pixels, uint 
     FilmPixel &p = b.staged.pixels[pixel];
     p.radiance += sum.radiance;
     p.alpha += sum.alpha;
-    if (job.passes.error) b.staged.odd[pixel] += odd;
   }
 }
 

@@ -8,6 +8,7 @@
 
 #include "../kernels/sampling.h"
 #include "memory.h"
+#include "noise_estimate.h"
 #include "reweighting.h"
 
 namespace cotorra {
@@ -31,7 +32,7 @@ std::vector<std::uint16_t> morton_order(int width, int height) {
 std::uint64_t pixel_bytes(const PassSelection &passes) {
   const auto if_kept = [](bool kept, std::size_t bytes) { return kept ? bytes : 0; };
   return sizeof(FilmPixel) + if_kept(passes.bright, BRIGHT_CASCADES * sizeof(BrightSum)) +
-         if_kept(passes.error, sizeof(vec3) + sizeof(std::uint32_t) + sizeof(std::uint16_t)) +
+         if_kept(passes.error, sizeof(NoiseMarks) + sizeof(std::uint32_t) + sizeof(std::uint16_t)) +
          if_kept(passes.nearest, sizeof(NearestRecord)) + if_kept(passes.surface, sizeof(SurfaceRecord)) +
          if_kept(passes.features, sizeof(FeatureRecord)) + if_kept(passes.emission, sizeof(vec3)) +
          if_kept(passes.environment, sizeof(vec3)) + if_kept(passes.shadow, sizeof(ShadowRecord)) +
@@ -65,9 +66,7 @@ Reader reader_of(const std::string &pass, const PassSelection &has, bool transpa
     return [](const FilmTile &t, std::size_t i, float *out) { out[0] = static_cast<float>(t.samples_of(i)); };
   }
   if (has.error && pass == "noise") {
-    return [](const FilmTile &t, std::size_t i, float *out) {
-      out[0] = t.samples[i] > 1 ? film_error(t.pixels[i].radiance, t.odd[i], static_cast<float>(t.samples[i])) : 0.0f;
-    };
+    return [](const FilmTile &t, std::size_t i, float *out) { out[0] = noise_left(t, i); };
   }
   if (has.nearest) {
     if (pass == "depth") return [](const FilmTile &t, std::size_t i, float *out) { out[0] = t.nearest[i].depth; };
@@ -160,7 +159,6 @@ std::uint32_t numbered_pass(const std::string &pass, const std::string &kind) {
 
 void FilmTile::clear_as(const FilmTile &tile) {
   pixels.assign(tile.pixels.size(), FilmPixel{vec3(0.0f), 0.0f});
-  odd.assign(tile.odd.size(), vec3(0.0f));
   nearest.assign(tile.nearest.size(), NearestRecord{});
   surface.assign(tile.surface.size(), SurfaceRecord{});
   features.assign(tile.features.size(), FeatureRecord{});
@@ -180,7 +178,6 @@ void FilmTile::add(const FilmTile &staged, std::uint32_t count) {
   for (const std::uint16_t i : to_sample()) {
     pixels[i].radiance += staged.pixels[i].radiance;
     pixels[i].alpha += staged.pixels[i].alpha;
-    if (!odd.empty()) odd[i] += staged.odd[i];
     if (!samples.empty()) samples[i] += count;
     if (!nearest.empty() && staged.nearest[i].distance2 < nearest[i].distance2) nearest[i] = staged.nearest[i];
     if (!surface.empty()) {
@@ -248,7 +245,7 @@ void Film::make_tiles(int tile_size) {
       if (order.empty()) order = morton_order(t.width, t.height);
       t.order = &order;
       if (passes.error) {
-        t.odd.assign(n, vec3(0.0f));
+        t.marks.resize(n);
         t.samples.assign(n, 0);
         t.pending = order;
       }

@@ -58,6 +58,11 @@ struct FeatureRecord {
   vec3 normal{0.0f, 0.0f, 0.0f};
 };
 
+// Sums of radiance at the last two powers of two below a pixel's number of samples (noise_estimate.h).
+struct NoiseMarks {
+  vec3 before{0.0f, 0.0f, 0.0f}, last{0.0f, 0.0f, 0.0f};
+};
+
 struct ShadowRecord {
   float lit = 0.0f;       // what arrived
   float unshadowed = 0.0f;  // what would have arrived
@@ -87,7 +92,9 @@ struct FilmTile {
   std::vector<BrightSum> bright;          // [pixel * BRIGHT_CASCADES + cascade]
   std::vector<vec3> groups;               // [pixel * light_groups + group]
   std::vector<vec3> lamps;                // [pixel * lamps + lamp]
-  std::vector<vec3> odd;                  // adaptive sampling: radiance of every second sample
+  std::vector<NoiseMarks> marks;          // adaptive sampling
+  std::uint32_t marked = 0;               // adaptive sampling: the number of samples that the last marks have
+  float error_scale = 1.0f;               // adaptive sampling: of film_error, by how fast the error falls here
   std::vector<std::uint32_t> samples;     // adaptive sampling: taken by each pixel
   std::vector<std::uint16_t> pending;     // adaptive sampling: pixels still to be sampled, along the Morton curve
   const std::vector<std::uint16_t> *order = nullptr;  // all pixels along the Morton curve, shared by tiles of a size

@@ -17,6 +17,7 @@
 #include "../kernels/sampling.h"
 #include "integrators.h"
 #include "memory.h"
+#include "noise_estimate.h"
 
 namespace cotorra {
 namespace {
@@ -24,7 +25,6 @@ namespace {
 constexpr std::int64_t kMaxSamples = 1 << 24;  // float sums stand still beyond; Cycles' bound too
 constexpr std::uint32_t kLongestPass = 32;     // samples; keeps cancelling quick
 constexpr std::uint32_t kLampPasses = 1024;    // more than anyone looks through
-constexpr float kLoneError = 3.0f;  // adaptive sampling: of a pixel alone, over the threshold for the mean
 
 void require(bool good, const std::string &name, const std::string &value, const char *expected) {
   if (!good) throw std::invalid_argument(name + " = " + value + ", must be " + expected);
@@ -341,39 +341,27 @@ void Session::run_passes(std::size_t thread, RayCounts &counts) {
 void Session::run_tiles(std::size_t first_tile, std::size_t tile_count, std::uint32_t first, std::uint32_t count,
                         Workspace &workspace, RayCounts &counts) {
   const std::span<FilmTile> tiles = film_.tiles(first_tile, tile_count);
+  if (passes_.error) {
+    for (FilmTile &tile : tiles) mark_noise(tile, first);
+  }
   if (!device_->render(job_, tiles, first, count, workspace, counts)) return;
   for (std::size_t k = 0; k < tiles.size(); ++k) {
+    if (passes_.error) measure_rate(tiles[k], first + count);
     if (settings_.adaptive && !tiles[k].to_sample().empty()) update_pending(tiles[k], first + count);
     samples_finished_.fetch_add(count, std::memory_order_relaxed);
     tile_passes_[first_tile + k].fetch_add(1, std::memory_order_release);
   }
 }
 
-// Adaptive sampling: drops the pixels whose error, in the mean of their neighbours in the tile, is below the threshold.
-// A pixel's own estimate is as wide as it is large, and each look at it another chance to stop too soon; but one that
-// is far beyond goes on, as its neighbours need not be like it.
+// Adaptive sampling: the next pass leaves out what is clean.
 void Session::update_pending(FilmTile &tile, std::uint32_t samples) const {
   const float threshold = settings_.noise_threshold;
   const std::uint32_t least =
       settings_.adaptive_min_samples > 0
           ? settings_.adaptive_min_samples
           : std::max(16u, static_cast<std::uint32_t>(std::lround(1.6f / std::sqrt(std::max(threshold, 1e-6f)))));
-  if (samples < least) return;
-  const std::size_t w = static_cast<std::size_t>(tile.width), h = static_cast<std::size_t>(tile.height);
-  std::vector<float> error(tile.pixels.size());
-  for (std::size_t i = 0; i < error.size(); ++i) {
-    error[i] = film_error(tile.pixels[i].radiance, tile.odd[i], static_cast<float>(tile.samples[i]));
-  }
-  const auto is_clean = [&](std::uint16_t i) {
-    const std::size_t x = i % w, y = i / w;
-    float sum = 0.0f, count = 0.0f;
-    for (std::size_t v = y > 0 ? y - 1 : 0; v <= std::min(y + 1, h - 1); ++v) {
-      for (std::size_t u = x > 0 ? x - 1 : 0; u <= std::min(x + 1, w - 1); ++u, count += 1.0f) sum += error[v * w + u];
-    }
-    return sum < threshold * count && error[i] < kLoneError * threshold;
-  };
-  const std::lock_guard lock(tile.mutex);
-  std::erase_if(tile.pending, is_clean);
+  // With one sample there is nothing to compare.
+  if (samples >= std::max(least, 2u)) drop_clean_pixels(tile, threshold);
 }
 
 bool Session::wait(double seconds) {

@@ -51,7 +51,6 @@ void FilmOnCard::reserve(WaveData &wave) {
   std::uint64_t listed = 0, summed = 0;
   wave.pixels.v = add<WavePixel>(n, listed);
   wave.film.v = add<FilmPixel>(n, summed);
-  if (passes.error) wave.film_odd.v = add<vec3>(n, summed);
   if ((job_.features & FEATURE_DATA_PASSES) != 0) wave.film_records.v = add<WaveRecord>(n, summed);
   if (passes.bright) wave.film_bright.v = add<BrightSum>(n * BRIGHT_CASCADES, summed);
   if (passes.light_groups > 0) wave.film_groups.v = add<vec3>(n * passes.light_groups, summed);
@@ -100,7 +99,6 @@ void FilmOnCard::take(FilmTile &staged, std::size_t pixel, std::size_t i) const 
     return array;
   };
   staged.pixels[i] = *next(1, static_cast<FilmPixel *>(nullptr));
-  if (job_.passes.error) staged.odd[i] = *next(1, static_cast<vec3 *>(nullptr));
   if ((job_.features & FEATURE_DATA_PASSES) != 0) {
     const WaveRecord &r = *next(1, static_cast<WaveRecord *>(nullptr));
     if (!staged.nearest.empty() && r.hit > 0.0f) {

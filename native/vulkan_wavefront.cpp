@@ -223,7 +223,6 @@ void WavefrontOnCard::allocate_lanes() {
 void WavefrontOnCard::describe_job() {
   wave_.job = job_data(job_);
   wave_.sample_bits = job_.sample_bits;
-  wave_.adaptive = job_.passes.error ? 1u : 0u;
 }
 
 // What SceneData says of the camera and the seed, and the job.

@@ -188,12 +188,26 @@ CAMERA = [
     Case(
         'film',
         'pixel = start; kept = radiance * gate; finite = select(film_add(pixel, kept, alpha), 1u, 0u);'
-        'error = film_error(start.radiance, start.radiance * 0.4f, n);'
+        'error = film_error(start.radiance, n, start.radiance * 0.4f, 0.5f * n);'
         'number = film_number(radiance.x * gate); vector = film_vector(radiance * gate);',
         {'start': FILM_PIXEL, 'radiance': COLOR, 'gate': ('float', choices(1.0, 1.0, 1e31))}
         | {'alpha': UNIT, 'n': ('float', uniform(2.0, 100.0))},
         {'pixel': 'FilmPixel', 'kept': 'vec3', 'finite': 'uint', 'error': 'float', 'number': 'float', 'vector': 'vec3'},
         tolerances={'error': ROUNDING},
+    ),
+    Case(
+        'reweighting',
+        'size = brightness(light) * gate; sum = start; bright_add(sum, light * gate, size, cascade, white);'
+        'level = cascade_level(cascade, white);',
+        {
+            'start': ('BrightSum', records('BrightSum', light=colors(50.0), count=uniform(0.0, 9.0))),
+            'light': COLOR,
+            'gate': ('float', choices(0.0, 1.0, 30.0, 1e3)),
+            'cascade': ('uint', choices(0, 1, 2)),
+            'white': ('float', choices(0.01, 1.0, 50.0)),
+        },
+        {'sum': 'BrightSum', 'size': 'float', 'level': 'float'},
+        tolerances={'sum': ROUNDING},
     ),
     Case(
         'health',

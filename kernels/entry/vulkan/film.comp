@@ -52,7 +52,6 @@ void main() {
   if (index >= push.pixel_count) return;
   const uint pixel = push.first_pixel + index;
   FilmPixel sum = LOAD(WAVE.film, pixel);
-  vec3 odd = vec3(0.0f);
   for (uint k = 0u; k < push.sample_count; ++k) {
     const uint lane = index * push.sample_count + k;
     if (FEATURE(FEATURE_TOON) && JOB.outlines != 0u) draw_line(lane, LOAD(WAVE.outline_sums, lane));
@@ -60,7 +59,6 @@ void main() {
     vec3 radiance = s.radiance;
     const bool finite = film_add(sum, radiance, s.alpha);
     if (!finite) atomicAdd(WAVE.counters.v[WAVE_REJECTED], 1u);
-    if (((push.first_sample + k) & 1u) != 0u) odd += radiance;
     if (FEATURE(FEATURE_REWEIGHTING)) add_bright(pixel, radiance);
     if (FEATURE(FEATURE_DATA_PASSES)) add_record(pixel, LOAD(WAVE.records, lane));
     if (FEATURE(FEATURE_LIGHT_GROUPS) && finite) {
@@ -76,5 +74,4 @@ void main() {
     }
   }
   STORE(WAVE.film, pixel, sum);
-  if (WAVE.adaptive != 0u) WAVE.film_odd.v[pixel] += odd;
 }
