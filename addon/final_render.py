@@ -212,7 +212,7 @@ class RenderJob:
                 self.fall_back(module, native_scene, render_settings, error, session)
                 session.continue_on_cpu()
                 self.render(session, render_settings, sources)
-            self.tell_of_clamping(session)
+            self.tell_of_clamping(session, render_settings)
             if render_settings.reweighting > 0.0:
                 self.tell_of_reweighting(session)
             if render_settings.adaptive:
@@ -346,12 +346,20 @@ class RenderJob:
         elif session.progress() < 1.0:
             self.log.checkpoint()
 
-    def tell_of_clamping(self, session: Any) -> None:
-        """How much light the file's limits against fireflies took out of the picture, where the device counts it."""
+    def tell_of_clamping(self, session: Any, render_settings: RenderSettings) -> None:
+        """How much light the file's means against fireflies took out of the picture or blurred, where that is counted.
+
+        Caustics are what comes to a rough surface by way of gloss or glass.
+        """
         figures = session.stats()
-        light, held = figures.get('light', 0.0), figures.get('held_light', 0.0)
+        names = ('held_light', 'held_caustics', 'caustics')
+        light = figures.get('light', 0.0)
+        held, of_caustics, caustics = (100.0 * figures.get(name, 0.0) / light if light > 0.0 else 0.0 for name in names)
         if held > 0.0:
-            self.log.info(f'Clamping held back {100.0 * held / light:.2g} % of the light')
+            told = f', {of_caustics:.2g} % in caustics' if of_caustics > 0.0 else ''
+            self.log.info(f'Clamping held back {held:.2g} % of the light{told}')
+        if render_settings.filter_glossy > 0.0 and caustics > of_caustics:
+            self.log.info(f'Filter Glossy blurred caustics that are {caustics - of_caustics:.2g} % of the light')
 
     def tell_of_reweighting(self, session: Any) -> None:
         """What the weights of fireflies took out of the picture (below 0) or, where light takes away, put into it."""

@@ -66,8 +66,9 @@ struct RenderJob {
 
 struct RayCounts {
   std::uint64_t camera = 0, bounce = 0, shadow = 0, samples = 0, rejected = 0;
-  // Where light is clamped on the CPU: luminance of all light, and what of it was held back.
-  double light = 0.0, held_light = 0.0;
+  // Where light is clamped or gloss filtered, on the CPU: luminance of all light, and what of it was held back; and of
+  // both, the caustics.
+  double light = 0.0, held_light = 0.0, caustics = 0.0, held_caustics = 0.0;
   // With RenderJob::measure_tracing: seconds of thread time for the whole work, and for Embree alone on the same rays.
   double busy_seconds = 0.0, traced_seconds = 0.0;
   BadCounts bad;
@@ -80,6 +81,8 @@ struct RayCounts {
     rejected += other.rejected;
     light += other.light;
     held_light += other.held_light;
+    caustics += other.caustics;
+    held_caustics += other.held_caustics;
     busy_seconds += other.busy_seconds;
     traced_seconds += other.traced_seconds;
   }

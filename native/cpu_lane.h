@@ -84,11 +84,15 @@ void note_features(const Lane &lane, vec3 albedo, vec3 normal) {
   r.normal += film_vector(normal);
 }
 
-// Light as it counts where it is clamped; how much that holds back is counted.
+// Light as it counts where it is clamped; how much that holds back is counted, and how much are caustics: what comes to
+// a rough surface by way of gloss or glass.
 vec3 clamped(const Lane &lane, vec3 light, float limit) {
   const IntegratorData &integrator = lane.t.data.integrator;
-  if (!(min(integrator.clamp_direct, integrator.clamp_indirect) < INFINITE_DISTANCE)) return light;
-  return count_clamped(light, limit, lane.t.counts);
+  const bool clamps = min(integrator.clamp_direct, integrator.clamp_indirect) < INFINITE_DISTANCE;
+  if (!clamps && !(integrator.filter_glossy > 0.0f)) return light;
+  const PathState &path = lane.t.batch.path[lane.i];
+  const bool caustic = path.diffuse_bounces > 0u && (path.ray_kind & (VISIBLE_GLOSSY | VISIBLE_TRANSMISSION)) != 0u;
+  return count_clamped(light, limit, caustic, lane.t.counts);
 }
 
 void note_found(const Lane &lane, const PathState &path, vec3 light, uint place, uint id) {

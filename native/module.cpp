@@ -344,6 +344,8 @@ nb::dict session_stats(const Session &session) {
   d["bad_samples"] = bad_samples(s.rays.bad);
   d["light"] = s.rays.light;
   d["held_light"] = s.rays.held_light;
+  d["caustics"] = s.rays.caustics;
+  d["held_caustics"] = s.rays.held_caustics;
   d["busy_seconds"] = s.rays.busy_seconds;
   d["traced_seconds"] = s.rays.traced_seconds;
   d["memory_bytes"] = s.bytes;
