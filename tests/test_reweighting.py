@@ -73,7 +73,8 @@ def test_less_is_held_back_from_more_samples() -> None:
         found = rendered(made, 'CPU', samples, 1.0)
         plain, kept = (found[name][..., :3].mean(dtype=float) for name in ('unweighted', 'combined'))
         held.append((plain - kept) / plain)
-    assert held[0] > 2.0 * held[1] > 4.0 * held[2] >= 0.0, held
+    # At 16 samples hardly a pixel meets the lamp, at 4096 each does, and nothing is rare.
+    assert held[0] > held[1] > 0.05 > 0.001 > held[2] >= 0.0, held
 
 
 @on_both('samples', [(1,), (4,), (64,)], [(4,)])
@@ -148,7 +149,7 @@ def test_the_command_line_says_how_strictly() -> None:
             cli.parser().parse_args([*line, wrong])
 
 
-@pytest.mark.usefixtures('fake')
+@pytest.mark.usefixtures('engine', 'fake')
 def test_the_plain_mean_is_a_pass_and_the_change_is_told(tmp_path, monkeypatch) -> None:
     made = build.new_scene()
     build.camera(made)

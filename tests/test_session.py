@@ -125,14 +125,16 @@ def soft_shadow() -> b.SceneBuffers:
 def test_the_noise_that_is_told_is_what_remains(made: Callable[[], b.SceneBuffers], samples: int) -> None:
     """Within a fifth, also where samples converge faster than at random: at edges, the error falls as n^-0.75."""
     seen_by = replace(camera(1.0, SIZE), filter_width=1.5)
-    truth = render(made(), seen_by, samples=1 << 14, seed=1)['combined'][..., :3]
+    truth = render(made(), seen_by, samples=1 << 12, seed=1)['combined'][..., :3]
     told = remains = 0.0
     for seed in range(2, 6):
         settings = {'samples': samples, 'seed': seed, 'passes': ('combined', 'noise')}
         found = render(made(), seen_by, **settings)
         told += found['noise'].mean()
-        error = abs(found['combined'][..., :3] - truth).sum(axis=2)
-        remains += (error / (1e-4 + np.sqrt(truth.sum(axis=2)))).mean()
+        picture = found['combined'][..., :3]
+        error = abs(picture - truth).sum(axis=2)
+        # The brighter of the two: a pixel whose one sample is found in no truth would count for a hundred.
+        remains += (error / (1e-4 + np.sqrt(np.maximum(picture, truth).sum(axis=2)))).mean()
     assert remains == pytest.approx(told, rel=0.2)
 
 
