@@ -90,9 +90,9 @@ struct Light {
   vec3 position;  // point, spot, area: metres
   float radius;  // point, spot: metres, 0 = delta; area: of the circle about it
   vec3 axis;  // unit, from the light into the scene (local -Z); sun: the direction of travel
-  float cos_spot;  // cos(spot_size / 2)
+  float spot_versine;  // 1 - cos(spot_size / 2)
   vec3 radiance;  // size above 0: emitted radiance; delta: intensity (W/sr) or, sun, irradiance (W/m2)
-  float spot_scale;  // 1 / ((1 - cos_spot) * blend); large for a hard edge
+  float spot_scale;  // 1 / (spot_versine * blend); large for a hard edge
   vec3 local_x;  // rows of the world-to-local rotation, for spots that are sheared or scaled; area: unit
   float cos_sun;  // sun: cos(angle / 2)
   vec3 local_y;

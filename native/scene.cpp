@@ -103,8 +103,9 @@ Light light_from_blender(const LightsInput &in, std::size_t i) {
     light.radius = size;
     scale = normalize ? 1.0f / (size > 0.0f ? 4.0f * pi * pi * size * size : 4.0f * pi) : 1.0f / pi;
     const double half_cone = 0.5 * static_cast<double>(in.spot_size[i]);
-    light.cos_spot = static_cast<float>(std::cos(half_cone));
-    const double ramp = 2.0 * std::pow(std::sin(0.5 * half_cone), 2.0) * static_cast<double>(in.spot_blend[i]);
+    const double versine = 2.0 * std::pow(std::sin(0.5 * half_cone), 2.0);
+    light.spot_versine = static_cast<float>(versine);
+    const double ramp = versine * static_cast<double>(in.spot_blend[i]);
     light.spot_scale = static_cast<float>(1.0 / std::max(ramp, 1e-9));  // no blend: a step, not a division by zero
   }
   light.radiance = in.strength[i] * scale;

@@ -69,7 +69,7 @@ LightBounds bounds_of(const Light &light) {
   if (light.type == LIGHT_POINT) {
     b.cos_o = -1.0f;
   } else {
-    b.cos_e = keeps_angles(light) ? std::clamp(light.cos_spot, 0.0f, 1.0f) : 0.0f;
+    b.cos_e = keeps_angles(light) ? std::clamp(1.0f - light.spot_versine, 0.0f, 1.0f) : 0.0f;
   }
   return b;
 }

@@ -192,7 +192,7 @@ LightShape shape_light(const LightsInput &in, std::size_t i, Light &light) {
   shape.edge_end = static_cast<float>(linear ? outer : versine(outer));
   shape.edge_scale = inverse(linear ? outer - inner : versine(outer) - versine(inner));
   // Blender's own cone, which this one replaces, is open everywhere.
-  light.cos_spot = -2.0f;
+  light.spot_versine = 3.0f;
   light.spot_scale = 1.0f;
   return shape;
 }

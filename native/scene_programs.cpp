@@ -218,7 +218,7 @@ void Scene::estimate_lights() {
       // From a place in front of it, or anywhere about a point light, a few of its own sizes away.
       const vec2 u = sampler_pair(k, 0x1a3bu);
       const float h =
-          light.type == LIGHT_POINT ? 2.0f : (light.type == LIGHT_SPOT ? 1.0f - max(light.cos_spot, 0.0f) : 1.0f);
+          light.type == LIGHT_POINT ? 2.0f : (light.type == LIGHT_SPOT ? min(light.spot_versine, 1.0f) : 1.0f);
       const vec3 local = cone_from_square(u, h);
       vec3 t, b;
       orthonormal_basis(light.axis, t, b);

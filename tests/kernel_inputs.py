@@ -147,7 +147,7 @@ def lights(rng: np.random.Generator, n: int) -> np.ndarray:
         group=integers(3),
         max_bounces=integers(4),
         name_index=integers(9),
-        cos_spot=uniform(0.0, 0.95),
+        spot_versine=uniform(0.05, 1.0),
         spot_scale=magnitudes(1.0, 1e3),
     )(rng, n)
     sun = values['type'] == known['LIGHT_SUN']

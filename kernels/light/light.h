@@ -14,11 +14,17 @@ namespace cotorra {
 FN int light_pass(int group) { return (group >> int(LAMP_PASS_SHIFT)) - 1; }
 FN int light_group(int group) { return (group << int(LAMP_PASS_SHIFT)) >> int(LAMP_PASS_SHIFT); }
 
-// Attenuation of a spot in direction wi (surface to light): Blender's smoothed cone, in the lamp's own space.
-FN float spot_attenuation(IN(Light) light, vec3 wi) {
+// 1 - cos of the angle between a spot's axis and direction wi (surface to light), in the lamp's own space: from the
+// difference of two unit vectors, so that no digits cancel however narrow the cone is.
+FN float spot_direction_versine(IN(Light) light, vec3 wi) {
   const vec3 l = vec3(dot(light.local_x, wi), dot(light.local_y, wi), dot(light.local_z, wi));
-  const float cos_theta = l.z / sqrt(max(dot(l, l), 1e-30f));
-  return smoothstep01((cos_theta - light.cos_spot) * light.spot_scale);
+  const vec3 difference = l * (1.0f / sqrt(max(dot(l, l), 1e-30f))) - vec3(0.0f, 0.0f, 1.0f);
+  return 0.5f * dot(difference, difference);
+}
+
+// Attenuation of a spot in direction wi (surface to light): Blender's smoothed cone.
+FN float spot_attenuation(IN(Light) light, vec3 wi) {
+  return smoothstep01((light.spot_versine - spot_direction_versine(light, wi)) * light.spot_scale);
 }
 
 // 1 - cos of the half angle under which a point light of size shows from squared distance d2.

@@ -30,10 +30,7 @@ FN float light_falloff(IN(LightShape) shape, float d) {
 
 // Brightness of a spot's cone in direction wi (surface to light), in the lamp's own space as spot_attenuation has it.
 FN float light_spot_edge(IN(LightShape) shape, IN(Light) light, vec3 wi) {
-  const vec3 l = vec3(dot(light.local_x, wi), dot(light.local_y, wi), dot(light.local_z, wi));
-  // 1 - cos of the angle to the axis (0, 0, 1), from the difference of the two unit vectors: no digits cancel.
-  const vec3 difference = l * (1.0f / sqrt(max(dot(l, l), 1e-30f))) - vec3(0.0f, 0.0f, 1.0f);
-  const float versine = 0.5f * dot(difference, difference);
+  const float versine = spot_direction_versine(light, wi);
   const bool linear = shape.edge == SPOT_EDGE_LINEAR;
   const float position = select(linear, angle_from_versine(versine), versine);
   const float ramp = clamp((shape.edge_end - position) * shape.edge_scale, 0.0f, 1.0f);
