@@ -14,6 +14,7 @@
 
 #include "../kernels/integrator.h"
 #include "cpu_program.h"
+#include "cumulate.h"
 #include "memory.h"
 
 namespace cotorra {
@@ -103,11 +104,6 @@ void each_row(const SceneData &scene, uint registers, uint rows, Work work) {
   take();
 }
 
-// Sine of the latitude at the lower edge of row y.
-double edge(uint y, uint height) {
-  return -std::cos(std::numbers::pi * static_cast<double>(y) / static_cast<double>(height));
-}
-
 // A texel of an image that is filtered reaches half a texel into its neighbours: each cell takes what lies there.
 std::vector<float> softened(const std::vector<float> &cells, uint width, uint height) {
   const auto at = [&](uint x, uint y) { return cells[std::size_t{y} * width + x]; };
@@ -134,7 +130,7 @@ double take_mean(std::vector<float> &cells, uint width, uint height, double &lig
   for (uint y = 0; y < height; ++y) {
     double row = 0.0;
     for (uint x = 0; x < width; ++x) row += static_cast<double>(cells[std::size_t{y} * width + x]);
-    sum += row * (edge(y + 1, height) - edge(y, height));
+    sum += row * (world_row_edge(y + 1, height) - world_row_edge(y, height));
   }
   light = sum * 2.0 * std::numbers::pi / static_cast<double>(width);
   const double mean = sum / (2.0 * static_cast<double>(width));
@@ -146,7 +142,7 @@ double take_mean(std::vector<float> &cells, uint width, uint height, double &lig
       cell = static_cast<float>(std::max(static_cast<double>(cell) - mean, 0.0));
       row += static_cast<double>(cell);
     }
-    left += row * (edge(y + 1, height) - edge(y, height));
+    left += row * (world_row_edge(y + 1, height) - world_row_edge(y, height));
   }
   return sum > 0.0 ? left / sum : 0.0;
 }
@@ -170,18 +166,6 @@ double light_of_sun(const SceneData &scene, uint registers, uint kind, const Wor
   double sum = 0.0;
   for (const float l : light) sum += static_cast<double>(l);
   return sum / kSunPoints * 2.0 * std::numbers::pi * static_cast<double>(sun.cap);
-}
-
-// Numbers as their cumulated shares; all 0 where the sum is. Returns the sum.
-double cumulate(std::span<const double> numbers, float *out) {
-  double sum = 0.0;
-  for (const double number : numbers) sum += number;
-  double so_far = 0.0;
-  for (std::size_t i = 0; i < numbers.size(); ++i) {
-    so_far += numbers[i];
-    out[i] = sum > 0.0 ? static_cast<float>(so_far / sum) : 0.0f;
-  }
-  return sum;
 }
 
 }  // namespace
@@ -263,13 +247,7 @@ WorldTable make_world_table(const SceneData &scene, uint registers, uint kinds, 
     }
     // 3. Cumulate the rows' cells, then the rows by what they fill of the sphere.
     table.cumulated.resize(count + height);
-    std::vector<double> rows(height), row(width);
-    for (uint y = 0; y < height; ++y) {
-      std::copy_n(cells.begin() + static_cast<std::ptrdiff_t>(std::size_t{y} * width), width, row.begin());
-      rows[y] =
-          cumulate(row, table.cumulated.data() + std::size_t{y} * width) * (edge(y + 1, height) - edge(y, height));
-    }
-    cumulate(rows, table.cumulated.data() + count);
+    cumulate_world(cells, width, height, table.cumulated.data());
     table.width = width;
     table.height = height;
   });

@@ -2,7 +2,9 @@
 """The stability atlas: relative error of each method over two of its parameters, against double precision.
 
 A map outlines where the error stays below 1e-3, and the region in which that is promised; what lies outside is told in
-words. What is measured stands in stability_models.py and stability_transport.py.
+words. Maps of what has no relative error (chi-square, stop, denoiser) name their own measure and limit. What is
+measured stands in stability_models.py, stability_transport.py, stability_lights.py, stability_samplers.py and
+stability_images.py.
 """
 
 from __future__ import annotations
@@ -12,7 +14,7 @@ from typing import Any
 
 import numpy as np
 from matplotlib.colors import BoundaryNorm
-from matplotlib.ticker import LogFormatterMathtext
+from matplotlib.ticker import LogFormatterMathtext, NullFormatter
 from numpy.typing import NDArray
 
 from charting.result import Chart, Table, panels
@@ -24,22 +26,30 @@ LOWEST, HIGHEST = 1e-8, 1.0
 
 @dataclass(frozen=True, slots=True)
 class Axis:
-    """values: ascending. promised: from and to, both included."""
+    """values: ascending. promised: from and to, both included. labels: of values that are no numbers."""
 
     name: str
     values: F64
     promised: tuple[float, float]
     log: bool = True
+    labels: tuple[str, ...] = ()
 
     def inside(self) -> NDArray[np.bool_]:
         low, high = self.promised
         return (self.values >= low * (1.0 - 1e-9)) & (self.values <= high * (1.0 + 1e-9))
+
+    def words(self) -> str:
+        """What is promised."""
+        if self.labels:
+            return ', '.join(label for label, good in zip(self.labels, self.inside(), strict=True) if good)
+        return f'{self.name} {self.promised[0]:g} to {self.promised[1]:g}'
 
 
 @dataclass(frozen=True, slots=True)
 class Map:
     """error: (y, x) relative; NaN where there is nothing to compare. outside: what happens beyond the outline.
 
+    measure, limit: what `error` is where it is no relative error, and what it must not exceed where promised.
     where, narrower: (y, x) and in words, of the promised region, where two axes alone do not tell it.
     """
 
@@ -50,6 +60,8 @@ class Map:
     outside: str
     where: NDArray[np.bool_] | None = None
     narrower: str = ''
+    measure: str = 'relative error'
+    limit: float = LIMIT
 
     def promised(self) -> NDArray[np.bool_]:
         box = self.y.inside()[:, None] & self.x.inside()[None, :]
@@ -61,9 +73,9 @@ class Map:
         return float(found.max()) if found.size else 0.0
 
     def held(self) -> float:
-        """The part of the whole map in which the error is below the limit."""
+        """The part of the whole map in which the error is within the limit."""
         known = ~np.isnan(self.error)
-        return float((self.error[known] <= LIMIT).mean()) if known.any() else 1.0
+        return float((self.error[known] <= self.limit).mean()) if known.any() else 1.0
 
 
 def steps(low: float, high: float, count: int, *always: float) -> F64:
@@ -79,12 +91,19 @@ def relative(found: F64, truth: F64) -> F64:
 
 
 def make(quick: bool) -> Chart:
-    from charting import stability_models, stability_transport
+    from charting import stability_images, stability_lights, stability_models, stability_samplers, stability_transport
 
-    maps = [*stability_models.maps(9 if quick else 61), *stability_transport.maps(5 if quick else 13)]
-    columns = 5
+    maps = [
+        *stability_models.maps(9 if quick else 61),
+        *stability_lights.maps(9 if quick else 41),
+        *stability_transport.maps(5 if quick else 13),
+        *stability_samplers.maps(5 if quick else 13),
+        *stability_images.maps(quick),
+    ]
+    columns = 6
     figure, axes = panels(
-        'Relative error against double precision. Black: 1e-3; dashed: promised so; grey: nothing to compare',
+        'Relative error against double precision. Black: 1e-3; dashed: promised so; grey: nothing to compare. '
+        'Other measures are named, and drawn as if their limit were 1e-3',
         -(-len(maps) // columns),
         columns,
         3.3,
@@ -96,17 +115,46 @@ def make(quick: bool) -> Chart:
     for panel in axes[len(maps) :]:
         panel.axis('off')
     figure.colorbar(shown, ax=axes, label='relative error', shrink=0.6, pad=0.01, format=LogFormatterMathtext())
-    head = ('method', 'over', 'worst where promised', 'holds 1e-3 in', 'promised', 'outside')
+    head = ('method', 'over', 'measure', 'limit', 'worst where promised', 'within the limit', 'promised', 'outside')
     rows = [
-        (one.name, f'{one.x.name}, {one.y.name}', one.worst(), f'{100.0 * one.held():.0f} %', span(one), told(one))
+        (
+            one.name,
+            f'{one.x.name}, {one.y.name}',
+            one.measure,
+            one.limit,
+            one.worst(),
+            f'{100.0 * one.held():.0f} %',
+            span(one),
+            told(one),
+        )
         for one in maps
     ]
     tables = [Table('summary', 'Stability: relative error against double precision', head, rows)]
     return Chart('stability', tables + [grid(one) for one in maps], figure, markdown(rows))
 
 
+# What the goal asks for (issue 12) and no outline holds, with the reason.
+OUTSIDE = (
+    '## Beyond the outlines',
+    '',
+    '- **Roughness below 0.0038** is a mirror, at the roughness at which Cycles makes one, so that both show the',
+    '  same. What that costs is a map of its own: in pixels of 0.015 degrees or more an edge in the mirror',
+    '  changes by less than 1e-3 of its contrast up to roughness 0.001, and by up to 4 % between that and',
+    '  0.0038. A lamp without size is not seen in a mirror at all.',
+    '- **Distances of more than 1e4 times the size.** A coordinate has 24 bits: at 1e5 units from the origin its',
+    '  step is 1/128, and a thing of one unit that lies there has its corners, and each point that a ray meets',
+    '  on it, rounded by up to 0.4 % of its size, in the file as in the render. Things of 10 units and more hold',
+    '  1e-3 there. Nothing but coordinates relative to the camera, or of 53 bits, would mend it.',
+    '- **Ridges that reach into a closed mesh** leak 1e-7 of the rays: one that meets a ridge within a rounding of',
+    '  its edge meets both faces at one distance, and goes on behind the mesh where the far face comes out nearer.',
+    '  Embree itself does so. Other closed meshes leaked none of 1.2e8 rays.',
+    '- **Spots below 1 degree, area lights narrower than 2e-4 of their distance, indices of refraction within',
+    '  0.01 of 1** are differences of numbers that nearly agree; Blender offers no narrower spot.',
+)
+
+
 def span(one: Map) -> str:
-    parts = [f'{axis.name} {axis.promised[0]:g} to {axis.promised[1]:g}' for axis in (one.x, one.y)]
+    parts = [axis.words() for axis in (one.x, one.y)]
     return '; '.join([*parts, one.narrower] if one.narrower else parts)
 
 
@@ -120,13 +168,16 @@ def markdown(rows: list[tuple[Any, ...]]) -> str:
     lines = [
         '# Where the methods hold',
         '',
-        'Relative error against double precision; `./scripts/chart stability` makes this table, its maps and their',
-        'figures. In the promised region it stays below 1e-3.',
+        'Errors are relative, against double precision, unless another measure is named; `./scripts/chart stability`',
+        'makes this table, its maps and their figures. Where it is promised a method stays within its limit.',
         '',
-        '| Method | Promised for | Worst error there | Below 1e-3 in the whole map | Outside |',
-        '|---|---|---|---|---|',
+        '| Method | Promised for | Limit | Worst there | Within it in the whole map | Outside |',
+        '|---|---|---|---|---|---|',
     ]
-    lines += [f'| {name} | {where} | {worst:.1e} | {held} | {told} |' for name, _, worst, held, where, told in rows]
+    for name, _, measure, limit, worst, held, where, told in rows:
+        named = '' if measure == 'relative error' else f' {measure}'
+        lines.append(f'| {name} | {where} | {limit:g}{named} | {worst:.1e} | {held} | {told} |')
+    lines += ['', *(f'{text}' for text in OUTSIDE)]
     return '\n'.join(lines) + '\n'
 
 
@@ -138,12 +189,13 @@ def grid(one: Map) -> Table:
         for i, x in enumerate(one.x.values)
     ]
     name = ''.join(c if c.isalnum() else '-' for c in one.name.lower())
-    return Table(name, one.name, (one.x.name, one.y.name, 'relative error'), cells)
+    return Table(name, one.name, (one.x.name, one.y.name, one.measure), cells)
 
 
 def draw(panel: Any, one: Map) -> Any:
     decades = 10.0 ** np.arange(np.log10(LOWEST), np.log10(HIGHEST) + 1.0)
-    values = np.clip(np.nan_to_num(one.error, nan=LOWEST, posinf=HIGHEST), LOWEST, HIGHEST)
+    scaled = one.error * (LIMIT / one.limit)
+    values = np.clip(np.nan_to_num(scaled, nan=LOWEST, posinf=HIGHEST), LOWEST, HIGHEST)
     panel.set_facecolor('0.8')  # nothing to compare
     shown = panel.pcolormesh(
         one.x.values,
@@ -157,13 +209,17 @@ def draw(panel: Any, one: Map) -> Any:
     for axis, scale, limit in ((one.x, panel.set_xscale, panel.set_xlim), (one.y, panel.set_yscale, panel.set_ylim)):
         if axis.log:
             scale('log')
+            (panel.xaxis if axis is one.x else panel.yaxis).set_minor_formatter(NullFormatter())
         limit(axis.values[0], axis.values[-1])
     if values.max() > LIMIT > values.min():
         panel.contour(one.x.values, one.y.values, values, levels=[LIMIT], colors='black', linewidths=1.4)
     where = one.promised().astype(float)
     if 0.0 < where.mean() < 1.0:
         panel.contour(one.x.values, one.y.values, where, levels=[0.5], colors='black', linestyles='--', linewidths=1.0)
-    panel.set_title(f'{one.name}\nworst where promised {one.worst():.1e}', fontsize=8)
+    if one.y.labels:
+        panel.set_yticks(one.y.values, one.y.labels)
+    own = '' if one.limit == LIMIT else f'\n{one.measure}, limit {one.limit:g}'
+    panel.set_title(f'{one.name}{own}\nworst where promised {one.worst():.1e}', fontsize=8)
     panel.set_xlabel(one.x.name, fontsize=8)
     panel.set_ylabel(one.y.name, fontsize=8)
     panel.tick_params(labelsize=7)

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Samples of area lights, and what rays see of them, over arrays, for test_area_sampling.py.
-// What they must be like, the test says.
+// Samples of lights, what rays see of them, and how they fall off, over arrays, for test_area_sampling.py,
+// test_light_sampling.py and the stability atlas. What they must be like, those say.
 #include <cstddef>
 #include <cstdint>
 
@@ -10,7 +10,7 @@ constexpr std::uint32_t KERNEL_FEATURES = ~0u;
 }
 }  // namespace cotorra
 
-#include "../../kernels/light/light.h"
+#include "../../kernels/light/light_shape.h"
 
 using namespace cotorra;
 
@@ -21,6 +21,11 @@ void test_samples(const Light *light, const vec3 *p, const vec2 *u, std::size_t 
   for (std::size_t i = 0; i < count; ++i) light_sample(*light, *p, vec3(0.0f, 0.0f, 1.0f), u[i], out[i]);
 }
 
+// The same, each from a point of its own.
+void test_samples_at(const Light *light, const vec3 *p, const vec2 *u, std::size_t count, LightSample *out) {
+  for (std::size_t i = 0; i < count; ++i) light_sample(*light, p[i], vec3(0.0f, 0.0f, 1.0f), u[i], out[i]);
+}
+
 // What rays from p see: radiance, and the density of such samples; 0 where they miss.
 void test_rays(const Light *light, const vec3 *p, const vec3 *d, std::size_t count, vec3 *radiance, float *pdf) {
   for (std::size_t i = 0; i < count; ++i) {
@@ -28,5 +33,11 @@ void test_rays(const Light *light, const vec3 *p, const vec3 *d, std::size_t cou
     radiance[i] = vec3(0.0f);
     pdf[i] = 0.0f;
   }
+}
+
+// Factors of lamps that fall off or end in another way than Blender's, for points p that see the lamp along wi.
+void test_shapes(const LightShape *shape, const Light *light, const vec3 *p, const vec3 *wi, std::size_t count,
+                 float *out) {
+  for (std::size_t i = 0; i < count; ++i) out[i] = light_shape(*shape, *light, p[i], wi[i]);
 }
 }
