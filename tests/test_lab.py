@@ -119,10 +119,39 @@ def test_a_broken_render_is_rendered_again(tmp_path: Path) -> None:
     assert store.has(job) and store.all()[0].job == job and store.all()[0].image.shape == (2, 3, 3)
     (store.renders / f'{job.key}.npy').write_bytes(b'half')
     assert store.all() == [] and not store.has(job)
+    store.close()
     assert Store(tmp_path, {'scene': 'a'}).open(fresh=False) == Plan([PATH], [4])
     with pytest.raises(CommandError, match=r'scene a \(now b\)'):
         Store(tmp_path, {'scene': 'b'}).open(fresh=False)
     assert Store(tmp_path, {'scene': 'b'}).open(fresh=True) is None
+
+
+def test_two_charts_at_once_need_two_folders(tmp_path: Path) -> None:
+    one, other = Store(tmp_path, {'scene': 'a'}), Store(tmp_path, {'scene': 'a'})
+    one.open(fresh=False)
+    for fresh in (False, True):
+        with pytest.raises(CommandError, match='another process makes a chart there'):
+            other.open(fresh)
+    one.close()
+    assert other.open(fresh=False) is None
+    other.close()
+
+
+@pytest.mark.parametrize('share', [0.0, 0.3, 1.0])
+def test_a_slider_shows_one_picture_left_of_it_and_the_other_right(share: float) -> None:
+    """Three pictures of one color each, 4 rows of 10 columns, with titles of 2 rows above."""
+    parts = [np.full((6, 10, 3), color, np.uint8) for color in (10, 20, 30)]
+    for part, title in zip(parts, (1, 2, 3), strict=True):
+        part[:2] = title
+    found = pictures.wiped(pictures.side_by_side(parts), (10, 4), share)
+    assert found.shape == (8, 20 + pictures.GAP, 3)
+    assert (found[:2, :10] == 1).all() and (found[2:4, :10] == 2).all() and (found[:2, -10:] == 3).all()
+    cut = round(10 * share)
+    edge = {cut - 1, cut} if 0 < cut < 10 else set()
+    for column in set(range(10)) - edge:
+        assert (found[4:, column] == (10 if column < cut else 20)).all()
+    assert all((found[4:, column] > 200).all() for column in edge)
+    assert (found[4:, -10:] == 30).all()
 
 
 def test_pictures_show_what_is_bad(tmp_path: Path) -> None:

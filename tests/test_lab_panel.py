@@ -85,7 +85,24 @@ def test_a_comparison(room: bpy.types.Scene) -> None:
     lines = '\n'.join(task.lines)
     for words in ('total difference', 'beyond', 'RMSE', 'relMSE', 'seconds'):
         assert words in lines
-    assert 'total difference' in ' '.join(drawn('COTORRA_RENDER_PT_compare'))
+    settings = bpy.context.window_manager.cotorra_lab
+    three = lab_panel.show_comparison(bpy.context)
+    assert three.name == 'Compare with Cycles' and three.size[0] == 3 * 48 + 2 * pictures.GAP
+    settings.slide = True  # each change makes the image anew
+    shown = drawn('COTORRA_RENDER_PT_compare')
+    assert 'The picture is the image "Compare with Cycles" total difference' in ' '.join(shown)
+    assert bpy.data.images['Compare with Cycles'].size[0] == 2 * 48 + pictures.GAP
+    ours, half, theirs = (slid(split) for split in (1.0, 0.5, 0.0))
+    assert (half[:, :20] == ours[:, :20]).all() and (half[:, 28:] == theirs[:, 28:]).all()
+    assert (ours[:27, :48] != theirs[:27, :48]).any()
+    settings.slide, settings.split = False, 0.5
+
+
+def slid(split: float) -> np.ndarray:
+    """The picture of the comparison with the slider there, its lowest row first."""
+    bpy.context.window_manager.cotorra_lab.split = split
+    image = bpy.data.images['Compare with Cycles']
+    return np.array(image.pixels[:]).reshape(image.size[1], image.size[0], 4)
 
 
 def test_the_command_writes_three_pictures(engine: None, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -80,6 +81,11 @@ class Task:
     def picture(self) -> Path:
         """chart.png is there where the process had matplotlib."""
         return self.folder / 'compare.png' if self.kind == 'compare' else self.output() / 'chart.png'
+
+    def size(self) -> tuple[int, int] | None:
+        """Width and height of one picture of a comparison, as it printed them."""
+        told = re.search(r'(\d+)×(\d+)', self._text('out.txt'))
+        return None if told is None else (int(told[1]), int(told[2]))
 
     def _text(self, name: str) -> str:
         try:

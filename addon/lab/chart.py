@@ -7,6 +7,7 @@ It reads arguments and writes files; what is rendered is the driver's, what is c
 from __future__ import annotations
 
 import argparse
+import contextlib
 import csv
 import hashlib
 import importlib.util
@@ -37,8 +38,12 @@ CLOSING_POINT, CLOSING_BESIDE = 2.0, 24.0
 def run(options: argparse.Namespace, watcher: TerminalWatcher) -> None:
     """All that `cotorra chart` does. Raises CommandError; an interrupt shows in `watcher.stop`."""
     began = time.perf_counter()
-    identity = identity_of(options)
-    store = Store(options.output, identity)
+    with contextlib.closing(Store(options.output, identity_of(options))) as store:
+        make(store, options, watcher, began)
+
+
+def make(store: Store, options: argparse.Namespace, watcher: TerminalWatcher, began: float) -> None:
+    """Renders what the folder lacks, and draws."""
     known = store.open(options.fresh)
     driver = Driver(store, watcher, options.budget, began)
     chart = driver.run(

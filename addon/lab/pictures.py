@@ -80,6 +80,23 @@ def side_by_side(parts: Sequence[Bytes], gap: int = GAP) -> Bytes:
     return np.concatenate(joined, axis=1)
 
 
+def wiped(picture: Bytes, size: tuple[int, int], share: float) -> Bytes:
+    """Of three pictures side by side, the first left of `share` of the width and the second right of it; the third.
+
+    size: (width, height) of each; what is above them are titles: those of the first two come below each other.
+    """
+    width, height = size
+    strip = picture.shape[0] - height
+    first, second, third = (picture[:, start : start + width] for start in range(0, 3 * (width + GAP), width + GAP))
+    cut = round(min(max(share, 0.0), 1.0) * width)
+    joined = np.concatenate((first[strip:, :cut], second[strip:, cut:]), axis=1)
+    if 0 < cut < width:
+        joined[:, cut - 1 : cut + 1] = 255 - joined[:, cut - 1 : cut + 1] // 2  # light on whatever is there
+    left = np.concatenate((first[:strip], second[:strip], joined))
+    right = np.concatenate((third[:strip], np.full((strip, width, 3), 255, np.uint8), third[strip:]))
+    return side_by_side((left, right))
+
+
 def titled(picture: Bytes, texts: Sequence[tuple[int, str]], height: int = 22) -> Bytes:
     """A white strip above, with texts that begin at the given columns; without, where OpenImageIO has no fonts."""
     import OpenImageIO as oiio

@@ -6,17 +6,23 @@ Each file is written beside its place and moved there, so that a chart that was 
 
 from __future__ import annotations
 
+import errno
 import json
 import os
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 
 import numpy as np
 
 from ..metrics import Image
 from ..terminal import WRONG_ARGUMENTS, CommandError
 from .plan import Job, Plan
+
+if os.name == 'nt':
+    import msvcrt
+else:
+    import fcntl
 
 VERSION = 1
 
@@ -41,10 +47,11 @@ class Store:
         self.folder = folder
         self.identity = json.loads(json.dumps(identity))
         self.renders = folder / 'renders'
+        self.lock: BinaryIO | None = None
         self.info: dict[str, Any] = {}  # of the scene, as the worker found it
 
     def open(self, fresh: bool) -> Plan | None:
-        """The plan that is there, to be gone on with. CommandError where the folder is another chart's, or locked.
+        """The plan that is there, to be gone on with. CommandError where the folder is another chart's, or at work.
 
         fresh: what is there is thrown away.
         """
@@ -55,6 +62,7 @@ class Store:
             probe.unlink()
         except OSError as error:
             raise CommandError(f'{self.folder}: cannot be written to: {error.strerror}') from error
+        self.claim()
         if fresh:
             self.clear()
         file = self.folder / 'chart.json'
@@ -74,6 +82,32 @@ class Store:
                 WRONG_ARGUMENTS,
             )
         return plan
+
+    def claim(self) -> None:
+        """Keeps other processes from charting into the folder as long as this one lives; CommandError where one does.
+
+        The system lets go of the lock when the process ends, however it does.
+        """
+        self.lock = (self.folder / '.lock').open('ab')
+        try:
+            if os.name == 'nt':
+                msvcrt.locking(self.lock.fileno(), msvcrt.LK_NBLCK, 1)
+            else:
+                fcntl.flock(self.lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError as error:
+            raise self.taken() from error
+        except OSError as error:
+            # Windows says so of a file that is locked; some network folders know no locks: there nobody is kept out.
+            if os.name == 'nt' and error.errno in (errno.EACCES, errno.EDEADLK):
+                raise self.taken() from error
+
+    def close(self) -> None:
+        """Lets others chart into the folder."""
+        if self.lock is not None:
+            self.lock.close()
+
+    def taken(self) -> CommandError:
+        return CommandError(f'{self.folder}: another process makes a chart there; take another folder', WRONG_ARGUMENTS)
 
     def clear(self) -> None:
         for path in [self.folder / 'chart.json', *self.renders.glob('*.json'), *self.renders.glob('*.npy')]:

@@ -8,11 +8,11 @@ from __future__ import annotations
 
 import bpy
 import numpy as np
-from bpy.props import EnumProperty, FloatProperty, IntProperty, PointerProperty, StringProperty
+from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, PointerProperty, StringProperty
 
 from .. import compat, stats
 from ..choices import ENGINE
-from ..lab import background, plan, raster
+from ..lab import background, pictures, plan, raster
 from ..lab.apply import apply
 from ..terminal import CommandError
 from .panel import CotorraPanel, split_layout, wrapped
@@ -24,6 +24,15 @@ MEASURES = (
     ('relmse', 'relMSE', 'Relative mean squared error (Rousselle et al. 2011)'),
     ('rmse', 'RMSE', 'Root of the mean squared error'),
 )
+
+
+# Blender keeps these from the class below: names, and not what they stand for, would be looked up elsewhere.
+def plot_again(_settings, context):
+    show_plot(context)
+
+
+def compare_again(_settings, context):
+    show_comparison(context)
 
 
 class CotorraLabSettings(bpy.types.PropertyGroup):
@@ -55,11 +64,25 @@ class CotorraLabSettings(bpy.types.PropertyGroup):
         max=65536,
         soft_max=1024,
     )
+    slide: BoolProperty(
+        name='Slider',
+        description='Show both in one picture, Cotorra left of the slider and Cycles right of it',
+        update=compare_again,
+    )
+    split: FloatProperty(
+        name='Cotorra | Cycles',
+        description='How much of the picture is by Cotorra',
+        subtype='FACTOR',
+        default=0.5,
+        min=0.0,
+        max=1.0,
+        update=compare_again,
+    )
     measure: EnumProperty(
         name='Error',
         description='What is charted and listed',
         items=MEASURES,
-        update=lambda _settings, context: show_plot(context),
+        update=plot_again,
     )
 
 
@@ -142,9 +165,7 @@ class COTORRA_OT_compare(LabOperator, bpy.types.Operator):
         return ['--samples', str(settings.samples), '--size', size, '--integrator', integrator], None
 
     def finished(self, context, task):
-        image = bpy.data.images.load(str(task.picture()))
-        image.pack()  # the file goes when Blender ends
-        show_image(context, named(image, background.KINDS['compare']))
+        show_comparison(context)
 
 
 class COTORRA_OT_lab_stop(bpy.types.Operator):
@@ -215,6 +236,36 @@ def show_image(context, image: bpy.types.Image) -> None:
                 return
 
 
+def show_comparison(context) -> bpy.types.Image | None:
+    """The three pictures, or two of them behind a slider, as an image; None where nothing was compared."""
+    task = background.tasks.get('compare')
+    if task is None or task.running or not task.picture().exists():
+        return None
+    image = bpy.data.images.load(str(task.picture()))
+    settings, size = context.window_manager.cotorra_lab, task.size()
+    if settings.slide and size is not None:
+        width, height = image.size
+        whole = np.empty(width * height * 4, np.float32)
+        image.pixels.foreach_get(whole)
+        whole = np.round(255.0 * whole.reshape(height, width, 4)[::-1, :, :3]).astype(np.uint8)
+        bpy.data.images.remove(image)
+        image = filled(pictures.wiped(whole, size, settings.split))
+    image.pack()  # the file goes when Blender ends
+    image = named(image, background.KINDS['compare'])
+    show_image(context, image)
+    return image
+
+
+def filled(shown: pictures.Bytes) -> bpy.types.Image:
+    """An image of these pixels, the first row above."""
+    height, width = shown.shape[:2]
+    image = bpy.data.images.new('picture', width, height)
+    values = np.ones((height, width, 4), np.float32)
+    values[..., :3] = shown[::-1] / 255.0
+    image.pixels.foreach_set(values.ravel())
+    return image
+
+
 def show_plot(context) -> bpy.types.Image | None:
     """The chart of the measure that is chosen, as an image; None where there is none, or no letters for it."""
     task = background.tasks.get('chart')
@@ -222,12 +273,7 @@ def show_plot(context) -> bpy.types.Image | None:
         return None
     title = f'{task.scene}: speed against accuracy'
     measure = context.window_manager.cotorra_lab.measure
-    pixels = raster.plot(task.plot, measure, title, *PLOT_SIZE, compat.text_coverage)
-    width, height = PLOT_SIZE
-    image = bpy.data.images.new('plot', width, height)
-    filled = np.ones((height, width, 4), np.float32)
-    filled[..., :3] = pixels[::-1] / 255.0
-    image.pixels.foreach_set(filled.ravel())
+    image = filled(raster.plot(task.plot, measure, title, *PLOT_SIZE, compat.text_coverage))
     image.pack()
     named(image, background.KINDS['chart'])
     show_image(context, image)
@@ -313,6 +359,14 @@ class COTORRA_RENDER_PT_compare(CotorraPanel, bpy.types.Panel):
             return
         if task.error:
             wrapped(layout, context, task.error, 'ERROR')
+        if bpy.data.images.get(background.KINDS['compare']) is not None:
+            settings = context.window_manager.cotorra_lab
+            row = layout.row(align=True)
+            row.prop(settings, 'slide', text='', icon='ARROW_LEFTRIGHT')
+            slider = row.row(align=True)
+            slider.active = settings.slide
+            slider.prop(settings, 'split', slider=True)
+            wrapped(layout, context, f'The picture is the image "{background.KINDS["compare"]}"', 'IMAGE_DATA')
         for line in task.lines:
             wrapped(layout, context, line, 'DOT')
 
