@@ -19,6 +19,7 @@ from . import auto, denoise, export, health, lamps, native, passes, preview, set
 from .export.buffers import Camera, RenderSettings, SceneBuffers
 from .log import Cancelled, Log, spelled
 from .reporter import Reporter, position_in_frame
+from .shader.ops import tables
 from .sync import changes, stores
 
 POLL_SECONDS = 0.05
@@ -179,7 +180,8 @@ class RenderJob:
         self.reporter.phase('Building')
         began = time.perf_counter()
         native_scene, previous = self.native_scene(module, buffers, store)
-        names = health.Names(buffers.materials.names, buffers.lights.names)
+        ops = {op.number: name for name, op in tables().ops.items()} if render_settings.health else {}
+        names = health.Names(buffers.materials.names, buffers.lights.names, ops)
         del buffers
         if render_settings.device == 'CPU':
             self.build_bvh(module, native_scene, render_settings.threads, previous)

@@ -6,8 +6,8 @@ They are counted by the native module (native/health.h), where the scene asks fo
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import Any
 
 from .shader.words import CLOSURE_ARGUMENTS
@@ -30,10 +30,11 @@ LINES = 12  # of a report; the rest is a sum
 
 @dataclass(frozen=True, slots=True)
 class Names:
-    """Of materials and lamps, as the native scene numbers them."""
+    """Of materials and lamps, as the native scene numbers them, and of ops of shading programs by their numbers."""
 
     materials: Sequence[str] = ()
     lights: Sequence[str] = ()
+    ops: Mapping[int, str] = field(default_factory=dict)
 
 
 def line(bad: dict[str, Any], names: Names) -> str:
@@ -53,7 +54,9 @@ def line(bad: dict[str, Any], names: Names) -> str:
     elif bad['place'] in (LIT, SCATTER):
         words.append(LOBES.get(bad['lobe'], 'unknown lobe'))
     elif bad['place'] == UNKNOWN:
-        words = ['unknown origin']
+        words = ['light that is finite but for its sum']
+    if bad.get('op', -1) in names.ops:
+        words.append(f'from {names.ops[bad["op"]].removesuffix("_v").removesuffix("_f").replace("_", " ")}')
     count = bad['samples']
     return f'{", ".join(words)}: {count} sample{"s" if count != 1 else ""} {KINDS[bad["kind"]]}'
 

@@ -3,6 +3,9 @@
 // place that it was bad at. Included by cpu_kernel.cpp alone.
 #pragma once
 
+#include <algorithm>
+#include <cmath>
+
 #include "../kernels/closure/lobe_types.h"
 #include "../kernels/health.h"
 #include "../kernels/light/found.h"
@@ -13,10 +16,12 @@
 namespace cotorra {
 namespace {
 
+bool is_noted(const Tracer &t, std::size_t slot, uint kind) { return (t.batch.unwell[slot] & (1u << kind)) != 0; }
+
 void note_bad(const Tracer &t, std::size_t slot, const BadSample &bad) {
   Batch &b = t.batch;
+  if (is_noted(t, slot, bad.kind)) return;
   const auto bit = static_cast<std::uint8_t>(1u << bad.kind);
-  if ((b.unwell[slot] & bit) != 0) return;
   b.unwell[slot] = static_cast<std::uint8_t>(b.unwell[slot] | bit);
   ++t.counts.bad[bad];
   if (!t.job.passes.health) return;
@@ -57,15 +62,56 @@ void note_scatter(const Tracer &t, std::size_t i, std::size_t slot, const PathSt
 
 bool bad_numbers(vec3 a) { return bad_number(a.x) || bad_number(a.y) || bad_number(a.z); }
 
-// What surfaces emit, and the world, before it is mended.
+// The op of a program that makes a number bad at this point, an instruction at a time: the first whose result is not
+// finite, else the first whose result is too large; kNobody: a constant is.
+std::uint32_t bad_op(const SceneData &scene, const ShaderPoint &at, const ProgramPart &part, uint constants) {
+  ProgramRegisters registers;
+  ProgramPart one = part;
+  std::uint32_t large = kNobody;
+  for (uint word = part.first; word < part.end; word = one.end) {
+    const uint head = scene.program_code.v[word];
+    one.first = word;
+    one.end = word + 2u + ((head >> PROGRAM_COUNT_SHIFT) & PROGRAM_COUNT_MASK);
+    program_run(scene, at, one, constants, registers);
+    const float *result = registers.v + (head >> PROGRAM_RESULT_SHIFT);
+    const int count = (head & PROGRAM_VECTOR) != 0u ? 3 : 1;
+    if (!std::all_of(result, result + count, [](float a) { return std::isfinite(a); })) return head & PROGRAM_OP_MASK;
+    if (large == kNobody && std::any_of(result, result + count, bad_number)) large = head & PROGRAM_OP_MASK;
+  }
+  return large;
+}
+
+// A program of one value, that of `bad`, at this point: what it comes to before it is mended.
+void note_program_numbers(const Tracer &t, std::size_t slot, const ShaderPoint &at, const ProgramPart &part,
+                          uint constants, BadSample bad) {
+  const SceneData &scene = *t.job.scene;
+  bad.kind = BAD_NUMBER;
+  if (is_noted(t, slot, BAD_NUMBER) || !bad_numbers(program_value(scene, at, part, constants))) return;
+  bad.op = bad_op(scene, at, part, constants);
+  note_bad(t, slot, bad);
+}
+
+// What surfaces emit, lamps that have a program, and the world.
 void note_emission_numbers(const Tracer &t, std::size_t slot, const PathState &path, const Surface &s, vec3 wo) {
   const SceneData &scene = *t.job.scene;
   const Material &material = scene.materials.v[s.material];
   if (!material_varies(material) || scene.programs.v[s.material].emission.first == NO_PROGRAM) return;
   const MaterialProgram &program = scene.programs.v[s.material];
-  if (bad_numbers(program_value(scene, path_point(scene, path, s, wo, s.t), program.emission, program.constants))) {
-    note_bad(t, slot, {BAD_NUMBER, HEALTH_EMISSION, s.material, kNobody, path.bounce, 0, kWeightArgument});
-  }
+  note_program_numbers(t, slot, path_point(scene, path, s, wo, s.t), program.emission, program.constants,
+                       {BAD_NUMBER, HEALTH_EMISSION, s.material, kNobody, path.bounce});
+}
+
+// `wi`, `distance`: from the point p that the lamp lights.
+void note_lamp_numbers(const Tracer &t, std::size_t slot, const PathState &path, uint lamp, vec3 p, vec3 wi,
+                       float distance) {
+  const SceneData &scene = *t.job.scene;
+  const Light &light = scene.lights.v[lamp];
+  if (!FEATURE(FEATURE_PROGRAMS) || (light.flags & LIGHT_PROGRAM) == 0u) return;
+  const LightProgram &program = scene.light_programs.v[lamp];
+  ShaderPoint at = light_point(lamp, light, program, p, wi, distance);
+  path_counts(path, at);
+  note_program_numbers(t, slot, at, program.emission, program.constants,
+                       {BAD_NUMBER, HEALTH_LAMP, kNobody, lamp, path.bounce});
 }
 
 void note_world_numbers(const Tracer &t, std::size_t slot, const PathState &path, vec3 direction) {
@@ -73,9 +119,16 @@ void note_world_numbers(const Tracer &t, std::size_t slot, const PathState &path
   if (!FEATURE(FEATURE_PROGRAMS) || scene.world_program.end == 0u) return;
   ShaderPoint at = background_point(direction);
   path_counts(path, at);
-  if (bad_numbers(program_value(scene, at, scene.world_program, scene.world_constants))) {
-    note_bad(t, slot, {BAD_NUMBER, HEALTH_WORLD, kNobody, kNobody, path.bounce, 0, kWeightArgument});
-  }
+  note_program_numbers(t, slot, at, scene.world_program, scene.world_constants,
+                       {BAD_NUMBER, HEALTH_WORLD, kNobody, kNobody, path.bounce});
+}
+
+// One light sample of lane i, sent or not: what is no number brings nothing and is not sent.
+void note_sample(const Tracer &t, std::size_t i, const ShadowRay &ray, std::uint32_t lamp) {
+  const std::size_t slot = t.batch.slot[i];
+  if (lamp != kNobody)
+    note_lamp_numbers(t, slot, t.batch.path[i], lamp, t.batch.surface[i].p, ray.direction, ray.t_max);
+  if (bad_light(ray.contribution, INFINITE_DISTANCE) != BAD_KINDS) note_lit(t, i, slot, ray.contribution, lamp);
 }
 
 // What a program left for closures at point k, which is lane i, before it is mended.
@@ -91,14 +144,16 @@ void note_closure_numbers(const Tracer &t, const ProgramBatch &batch, const Prog
   };
   for (uint c = 0; c < part.closures; ++c) {
     const ClosureRow &row = scene.program_closures.v[part.result + c];
-    BadSample found{BAD_NUMBER, HEALTH_SHADER,  t.batch.surface[i].material, kNobody, t.batch.path[i].bounce,
-                    row.kind,   kWeightArgument};
-    if (bad(row.weight)) note_bad(t, t.batch.slot[i], found);
-    for (std::uint32_t a = 0; a < closure_arguments(row.kind); ++a) {
-      if (!bad(scene.program_code.v[row.arguments + a])) continue;
+    if (is_noted(t, t.batch.slot[i], BAD_NUMBER)) return;
+    BadSample found{BAD_NUMBER, HEALTH_SHADER, t.batch.surface[i].material, kNobody, t.batch.path[i].bounce, row.kind};
+    bool any = bad(row.weight);
+    for (std::uint32_t a = 0; !any && a < closure_arguments(row.kind); ++a) {
+      any = bad(scene.program_code.v[row.arguments + a]);
       found.argument = a;
-      note_bad(t, t.batch.slot[i], found);
     }
+    if (!any) continue;
+    found.op = bad_op(scene, batch.points[k], part, batch.constants[k]);
+    note_bad(t, t.batch.slot[i], found);
   }
 }
 

@@ -252,10 +252,10 @@ class Renderer {
 
   void sample_lane(uint index, std::size_t i, vec2 u, uint bounce) {
     ShadowRay ray;
-    if (path_sample_light(scene_, index, b_.path[i], b_.surface[i], b_.shading.bsdf(i), b_.shading.lobe_of(i),
-                          b_.shading.wo.get(i), u, 1.0f, ray)) {
-      queue_shadow(ray, i, index, bounce);
-    }
+    const bool sent = path_sample_light(scene_, index, b_.path[i], b_.surface[i], b_.shading.bsdf(i),
+                                        b_.shading.lobe_of(i), b_.shading.wo.get(i), u, 1.0f, ray);
+    if (FEATURE(FEATURE_HEALTH)) note_sample(tracer_, i, ray, index);
+    if (sent) queue_shadow(ray, i, index, bounce);
   }
 
   // Samples [first, first + picks) of a vertex, whose lights the tree picks.
@@ -275,10 +275,13 @@ class Renderer {
                                          b_.light_weights[i], scale);
         if (light == INVALID_ID) continue;
         ShadowRay ray;
-        if (path_sample_picked(scene_, light, b_.path[i], b_.surface[i], b_.shading.bsdf(i), lobe, b_.shading.wo.get(i),
-                               vec2(b_.u2[i], b_.v2[i]), scale, ray)) {
-          queue_shadow(ray, i, k, bounce);
+        const bool sent = path_sample_picked(scene_, light, b_.path[i], b_.surface[i], b_.shading.bsdf(i), lobe,
+                                             b_.shading.wo.get(i), vec2(b_.u2[i], b_.v2[i]), scale, ray);
+        if (FEATURE(FEATURE_HEALTH)) {
+          const bool lamp = (light & LIGHT_CHILD_LAMPS) != 0u;
+          note_sample(tracer_, i, ray, lamp ? light & LIGHT_CHILD_INDEX : kNobody);
         }
+        if (sent) queue_shadow(ray, i, k, bounce);
       }
     }
   }
@@ -287,10 +290,10 @@ class Renderer {
     fill_pairs(b_.random.data(), lanes, pair_seed(bounce, PAIR_WORLD), b_.u2.data(), b_.v2.data());
     for (std::size_t i = 0; i < static_cast<std::size_t>(lanes); ++i) {
       ShadowRay ray;
-      if (path_sample_world(scene_, b_.path[i], b_.surface[i], b_.shading.bsdf(i), b_.shading.lobe_of(i),
-                            b_.shading.wo.get(i), vec2(b_.u2[i], b_.v2[i]), ray)) {
-        queue_shadow(ray, i, LAST_SHARED_PAIR, bounce);
-      }
+      const bool sent = path_sample_world(scene_, b_.path[i], b_.surface[i], b_.shading.bsdf(i), b_.shading.lobe_of(i),
+                                          b_.shading.wo.get(i), vec2(b_.u2[i], b_.v2[i]), ray);
+      if (FEATURE(FEATURE_HEALTH)) note_sample(tracer_, i, ray, kNobody);
+      if (sent) queue_shadow(ray, i, LAST_SHARED_PAIR, bounce);
     }
   }
 

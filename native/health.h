@@ -21,6 +21,7 @@ struct BadSample {
   std::uint32_t bounce = 0;             // vertices before
   std::uint32_t lobe = 0;
   std::uint32_t argument = kWeightArgument;  // HEALTH_SHADER: of the closure
+  std::uint32_t op = kNobody;                // BAD_NUMBER: the first of the program that made one
   auto operator<=>(const BadSample &) const = default;
 };
 

@@ -324,6 +324,7 @@ nb::list bad_samples(const BadCounts &counts) {
     d["bounce"] = bad.bounce;
     d["lobe"] = bad.lobe;
     d["argument"] = number(bad.argument);
+    d["op"] = number(bad.op);
     d["samples"] = count;
     found.append(d);
   }

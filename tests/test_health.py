@@ -77,7 +77,8 @@ def test_a_color_that_is_infinite(tmp_path: Path) -> None:
     layers, layer = rendered(scene, tmp_path)
     count = 16 * 16 * SAMPLES
     told = (
-        f'material "Broken.001", bounce 0, base of principled: {count} samples with a number that is infinite or none'
+        f'material "Broken.001", bounce 0, base of principled, from math: {count} samples '
+        'with a number that is infinite or none'
     )
     assert layer.health[0] == told and not any('finite' in text for text in layer.health[1:])
     assert f'Numerical health: {told}' in layer.warnings
@@ -90,7 +91,7 @@ def test_an_infinite_emission(tmp_path: Path) -> None:
     build.principled(scene.objects['Floor'].active_material).inputs['Emission Color'].default_value = (1, 1, 1, 1)
     _, layer = rendered(scene, tmp_path)
     assert any(
-        text.startswith('material "Sun stuff", bounce 0, emission: ') and text.endswith('infinite or none')
+        text.startswith('material "Sun stuff", bounce 0, emission, from math: ') and text.endswith('infinite or none')
         for text in layer.health
     )
 
@@ -115,6 +116,58 @@ def test_negative_light(tmp_path: Path) -> None:
     layers, layer = rendered(scene, tmp_path)
     assert f'material "Dark light", bounce 0, emission: {16 * 16 * SAMPLES} samples negative' in layer.health
     assert (layers['ViewLayer.Cotorra Health']['Y'] == SAMPLES).all()
+
+
+def lamp_with_a_product(scene: bpy.types.Scene, name: str, factor: float) -> bpy.types.Object:
+    """A point lamp whose strength is the product of its UV map's first number, 1e30 and `factor`."""
+    lamp = build.light(scene, 'POINT', energy=10.0, shadow_soft_size=0.0)
+    lamp.name = lamp.data.name = name
+    lamp.location = (0.0, 0.0, 2.0)
+    lamp.data.use_nodes = True
+    tree = lamp.data.node_tree
+    place = tree.nodes.new('ShaderNodeNewGeometry')
+    parts = tree.nodes.new('ShaderNodeSeparateXYZ')
+    tree.links.new(place.outputs['Position'], parts.inputs[0])
+    value = parts.outputs['Z']
+    for number in (1e30, factor):
+        product = tree.nodes.new('ShaderNodeMath')
+        product.operation = 'MULTIPLY'
+        product.inputs[1].default_value = number
+        tree.links.new(value, product.inputs[0])
+        value = product.outputs[0]
+    emission = next(node for node in tree.nodes if node.bl_idname == 'ShaderNodeEmission')
+    tree.links.new(value, emission.inputs['Strength'])
+    return lamp
+
+
+@pytest.mark.parametrize('lamps', [1, 12])
+def test_a_lamp_whose_program_breaks(tmp_path: Path, lamps: int) -> None:
+    """All lamps are sampled while there are few; of many the tree picks. One of them is broken."""
+    scene = room('Floor', 'Roughness', 0.5)
+    build.world(scene, (0.0, 0.0, 0.0))
+    lamp_with_a_product(scene, 'Broken lamp', 1e30)
+    for number in range(lamps - 1):
+        build.light(scene, 'POINT', energy=1.0).location = (0.1 * number, 0.5, 2.0)
+    _, layer = rendered(scene, tmp_path)
+    (told,) = [text for text in layer.health if text.endswith('infinite or none')]
+    assert told.startswith('light "Broken lamp", bounce 0, from math: ')
+    samples = int(told.split(': ')[1].split()[0])
+    every = 16 * 16 * SAMPLES
+    assert samples == every if lamps == 1 else 0 < samples <= every
+
+
+@pytest.mark.parametrize('lamps', [2, 12])
+def test_light_samples_that_overflow_name_their_lamp(tmp_path: Path, lamps: int) -> None:
+    """An albedo of 1e15 next to lamps of 1e30 W: lamps that are all sampled, and those that the tree picks."""
+    scene = room('Floor', 'Base Color', 1e15)
+    build.world(scene, (0.0, 0.0, 0.0))
+    for number in range(lamps):
+        lamp = build.light(scene, 'POINT', energy=1e30, shadow_soft_size=0.0)
+        lamp.location = (0.1 * number, 0.5, 1e-5)
+        lamp.data.color = (1e9, 1.0, 1.0)
+    _, layer = rendered(scene, tmp_path)
+    told = [text for text in layer.health if text.startswith('material "Floor", light "Point')]
+    assert told and all('bounce 0, diffuse: ' in text and text.endswith('not finite') for text in told)
 
 
 def test_fireflies(tmp_path: Path) -> None:
@@ -172,6 +225,8 @@ def test_words() -> None:
     )
     lamp = {**bad, 'place': health.LAMP, 'material': -1, 'light': 0, 'samples': 1}
     assert health.line(lamp, names) == 'light "Sun", bounce 4: 1 sample not finite'
+    named = health.Names(ops={7: 'map_range_f'})
+    assert health.line({**lamp, 'kind': 3, 'op': 7}, named).startswith('light "number 0", bounce 4, from map range: ')
     many = [{**bad, 'bounce': bounce, 'samples': 1} for bounce in range(20)]
     told = health.report(many, 1000, 20, names)
     assert told[0] == '20 of 1000 samples were dropped as not finite, 2 % of the weight in the mean'
