@@ -144,8 +144,8 @@ def lamp_behind_glass(size: float) -> bpy.types.Scene:
     )
     for name, height, wide, inputs in parts:
         item = build.mesh_object(scene, name)
-        # Off the middles of the pilot's pixels, 0.042 m apart.
-        item.location, item.scale = (-0.75 + 0.0179, 0.0181, height), (wide, wide, 1.0)
+        # Between the pilot's pixels, which are 0.0375 m apart and see 0.014 m to either side.
+        item.location, item.scale = (-0.75, 0.0181, height), (wide, wide, 1.0)
         item.data.materials.append(build.material(name, **inputs))
         if name in ('Front', 'Back'):
             # No constant: nothing but a pilot tells how smooth it is.
@@ -273,6 +273,21 @@ def test_small_pixels_lie_in_the_whole_picture(region):
     assert small.resolution == (43, 24) and small.region == (0, 0, 43, 24)
     areas = [wide * high * camera.filter_width**2, wide * region[2] / 43 * high * region[3] / 24]
     assert small.filter_width**2 * areas[1] == pytest.approx(areas[0])
+
+
+def test_pilots_of_other_seeds_have_other_pixels():
+    """Moved by less than half of what lies between two, so that all stay in the picture; seed 0 is in the middle."""
+    camera = Camera(
+        'PERSP', np.eye(3, 4, dtype=np.float32), (-0.8, 0.4, -0.3, 0.5), (0.1, 100.0), (320, 180), (0, 0, 320, 180)
+    )
+    assert pilot.shift_of(0) == (0.0, 0.0)
+    shifts = np.array([pilot.shift_of(seed) for seed in range(64)])
+    assert (np.abs(shifts) <= 0.5).all()
+    assert (np.histogram2d(*shifts.T, bins=4, range=[(-0.5, 0.5)] * 2)[0] >= 2).all(), 'some places are left out'
+    still, moved = (
+        np.array(pilot.small_camera(camera, 43, 24, shift=shift).window) for shift in ((0, 0), (0.25, -0.5))
+    )
+    assert moved - still == pytest.approx([0.25 * 1.2 / 43] * 2 + [-0.5 * 0.8 / 24] * 2)
 
 
 def test_a_render_tells_what_was_chosen(tmp_path):

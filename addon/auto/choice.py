@@ -18,7 +18,7 @@ from . import measure, plan
 from .facts import Facts, undetected
 from .measure import Noise
 from .models import NORMAL, Part, needless, without, work
-from .pilot import Pilot, Rendered, seeds, small_camera
+from .pilot import Pilot, Rendered, seeds, shift_of, small_camera
 from .plan import LIMITS, percent
 
 # Rows and the limits that they lower.
@@ -65,6 +65,8 @@ class Choice:
     reason:     why all is modelled as it was asked for; empty where something is simplified.
     difference: of the converged picture from that of what was asked for; None where nothing was left out.
     noise:      that is expected to be left, and the upper end of its interval; None where no pilot tells.
+    stopped:    most that pixels miss which stop earlier than was asked for.
+    dominated:  whether a few pixels make most of the noise, of which an interval tells nothing.
     """
 
     settings: RenderSettings
@@ -73,6 +75,8 @@ class Choice:
     tolerance: float = 0.0
     difference: Paired | None = None
     noise: tuple[float, float] | None = None
+    stopped: float = 0.0
+    dominated: bool = False
     rays: float = 1.0
     samples: float = 1.0
     pilot: dict[str, Any] | None = None
@@ -80,13 +84,8 @@ class Choice:
 
     @property
     def bound(self) -> float:
-        """Most that the converged picture differs by: what was left out, and what pixels that stop early miss.
-
-        The latter is no more than the noise that they stop at.
-        """
-        left_out = self.difference.high if self.difference is not None else 0.0
-        stops = self.noise is not None and any(row.key == 'sampling' and row.simplified for row in self.rows)
-        return math.hypot(left_out, self.noise[1] if stops and self.settings.adaptive else 0.0)
+        """Most that the converged picture differs by: what was left out, and what pixels that stop early miss."""
+        return math.hypot(self.difference.high if self.difference is not None else 0.0, self.stopped)
 
     def figures(self) -> dict[str, Any]:
         """For the statistics: what JSON can hold."""
@@ -97,6 +96,7 @@ class Choice:
             'difference': asdict(self.difference) if self.difference is not None else None,
             'bound': self.bound,
             'noise': list(self.noise) if self.noise is not None else None,
+            'dominated': self.dominated,
             'rays': self.rays,
             'samples': self.samples,
             'rows': [asdict(row) | {'name': NAMES[row.key], 'simplified': row.simplified} for row in self.rows],
@@ -127,7 +127,8 @@ class Choice:
                 f'(95 %: {plan.interval(d)}; tolerance {percent(self.tolerance)})'
             )
         if self.noise is not None:
-            told = f'AUTO: noise of {percent(self.noise[0])} of the mean is expected (up to {percent(self.noise[1])})'
+            told = f'AUTO: noise of {percent(self.noise[0])} of the mean is expected '
+            told += '(or more: a few pixels make most of it)' if self.dominated else f'(up to {percent(self.noise[1])})'
             if self.noise[0] > self.tolerance:
                 told += f': the samples are too few for {percent(self.tolerance)}'
             said.append(told)
@@ -202,7 +203,7 @@ class Trial:
         self.scene: Any = None  # without the needless parts of materials
         self.pilot, self.asked, self.found = pilot, asked, found
         self.tolerance, self.allowed, self.spend = tolerance, allowed, spend
-        self.pilot.camera = small_camera(camera, spend.width, spend.height)
+        self.pilot.camera = small_camera(camera, spend.width, spend.height, shift=shift_of(asked.seed))
         self.between = small_camera(camera, spend.width, spend.height, between=True)
         self.settings_seen = 0
         self.mean = 0.0
@@ -211,7 +212,7 @@ class Trial:
 
     def run(self) -> Choice:
         everything = Choice(self.asked, tolerance=self.tolerance)
-        self.base = self.render(self.asked, self.spend.search, SEARCH)
+        self.base = self.render(self.asked, self.spend.search, SEARCH, look=True)
         self.mean = float(self.base.pictures.mean())
         if not self.mean > 0.0:
             return replace(everything, reason='the picture of the pilot is black', pilot=self.cost())
@@ -231,26 +232,41 @@ class Trial:
                 model_row if self.scene is not None or not left_out else replace(model_row, chosen=ALL, why=why)
             )
         room = difference.high if difference is not None else 0.0
-        chosen, row, expected, samples = self.sampled(chosen, noise, before, room)
+        sampling, row = self.sampled(noise, before, room)
         rows.append(row)
+        asked = sampling_of(self.asked)
         return Choice(
-            chosen,
+            replace(
+                chosen,
+                samples=sampling.samples,
+                adaptive=sampling.adaptive,
+                noise_threshold=sampling.threshold,
+                adaptive_min_samples=sampling.least,
+            ),
             tuple(rows),
             '',
             self.tolerance,
             difference,
-            expected,
+            sampling.error(noise),
+            plan.missed(sampling, asked, noise),
+            noise.dominated,
             rays,
-            samples,
+            sampling.work(noise) / asked.work(before),
             self.cost(),
             self.scene,
         )
 
     def render(
-        self, settings: RenderSettings, samples: int, part: int, scene: Any = None, camera: Camera | None = None
+        self,
+        settings: RenderSettings,
+        samples: int,
+        part: int,
+        scene: Any = None,
+        camera: Camera | None = None,
+        look: bool = False,
     ) -> Rendered:
         self.settings_seen += 1
-        return self.pilot.render(settings, samples, seeds(self.asked.seed, plan.SEEDS, part), scene, camera)
+        return self.pilot.render(settings, samples, seeds(self.asked.seed, plan.SEEDS, part), scene, camera, look)
 
     def cost_of(self, pictures: int, samples: int) -> int:
         """Paths."""
@@ -316,7 +332,8 @@ class Trial:
         base = self.render(self.asked, samples, VERIFY)
 
         def noise_before() -> Noise:
-            return measure.noise(base.pictures, samples, self.mean, (self.base.pictures, self.spend.search))
+            found = measure.noise(base.pictures, samples, self.mean, (self.base.pictures, self.spend.search))
+            return replace(found, cost=measure.costs(self.base.empty, base.rays / self.cost_of(1, samples)))
 
         before = noise_before()
         if same:
@@ -337,7 +354,7 @@ class Trial:
         if measure.seen_between(*wide, self.mean, self.tolerance):
             why = f'{plan.UNSURE}: something small and bright lies between its pixels'
             return None, 1.0, before, before, why
-        after = replace(measure.noise(other.pictures, samples, self.mean), slope=before.slope)
+        after = replace(measure.noise(other.pictures, samples, self.mean), slope=before.slope, cost=before.cost)
         return apart, probe.rays, after, before, ''
 
     def limit_rows(self, search: plan.Search, chosen: RenderSettings, why: str) -> list[Row]:
@@ -359,29 +376,22 @@ class Trial:
             rows.append(Row(key, str(asked), str(now), told))
         return rows
 
-    def sampled(
-        self, chosen: RenderSettings, noise: Noise, before: Noise, bias: float
-    ) -> tuple[RenderSettings, Row, tuple[float, float], float]:
-        """Settings with the samples that suffice, their row, the noise left, and samples as a share."""
+    def sampled(self, noise: Noise, before: Noise, bias: float) -> tuple[plan.Sampling, Row]:
+        """The samples that suffice, and their row."""
         asked = sampling_of(self.asked)
         best, why = asked, 'as few as suffice'
         if 'sampling' not in self.allowed:
             why = 'switched off'
-        elif noise.dominated or before.dominated:
-            why = f'{plan.UNSURE}: a few pixels make most of the noise'
         else:
             best = plan.sampling(asked, noise, before, bias, self.tolerance)
-            if best != asked:
+            dominated = noise.dominated or before.dominated
+            if best == asked and dominated:
+                why = f'{plan.UNSURE}: a few pixels make most of the noise'
+            elif best != asked and best.samples == asked.samples:
+                why = f'adds no more than {percent(best.added(noise, asked).high)} to the error'
+            elif best != asked:
                 why = f'leaves noise of {percent(best.error(noise)[0])}, as asked {percent(asked.error(before)[0])}'
-        settings = replace(
-            chosen,
-            samples=best.samples,
-            adaptive=best.adaptive,
-            noise_threshold=best.threshold,
-            adaptive_min_samples=best.least,
-        )
-        share = best.work(noise) / asked.work(before)
-        return settings, Row('sampling', asked.words(), best.words(), why), best.error(noise), share
+        return best, Row('sampling', asked.words(), best.words(), why)
 
     def cost(self) -> dict[str, Any]:
         whole = self.spend.paths / plan.PILOT_SHARE

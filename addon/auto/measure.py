@@ -31,6 +31,8 @@ class Noise:
     variance: (P,) mean of the channels, over the mean squared. error: (P,) what `film_error` (kernels/film.h) expects.
     samples: after which. slope: the power of the samples by which the variance falls, 1 for independent ones.
     pixels: how many make the mean variance, see `metrics.effective_number`.
+    apart: error and variance of disjoint seeds, (K, P) each: what a pixel that looks clean may hide. None: not known.
+    cost: (P,) of a sample of each pixel, 1 in the mean. None: all cost the same.
     """
 
     variance: NDArray[np.float64]
@@ -38,6 +40,8 @@ class Noise:
     pixels: float
     samples: float = 1.0
     slope: float = 1.0
+    apart: tuple[NDArray[np.float64], NDArray[np.float64]] | None = None
+    cost: NDArray[np.float64] | None = None
 
     @property
     def dominated(self) -> bool:
@@ -45,12 +49,16 @@ class Noise:
 
     def after(self, samples: NDArray[np.float64]) -> NDArray[np.float64]:
         """Variance of each pixel after (P,) samples; fewer than were seen fall as independent ones do."""
-        more = samples / self.samples
-        return self.variance * more ** -np.where(more > 1.0, self.slope, 1.0)
+        return self.variance * self.fall(samples)
 
-    def samples_to(self, error: float) -> NDArray[np.float64]:
-        """Samples after which film_error expects so little, (P,); as `after`."""
-        more = np.square(self.error / error)
+    def fall(self, samples: NDArray[np.float64]) -> NDArray[np.float64]:
+        """What is left of the variance after so many samples, of any shape."""
+        more = samples / self.samples
+        return more ** -np.where(more > 1.0, self.slope, 1.0)
+
+    def samples_to(self, error: float, expected: NDArray[np.float64] | None = None) -> NDArray[np.float64]:
+        """Samples after which film_error expects so little, (P,); as `after`. expected: another error than its own."""
+        more = np.square((self.error if expected is None else expected) / error)
         return self.samples * np.where(more > 1.0, more ** (1.0 / self.slope), more)
 
 
@@ -70,6 +78,17 @@ def seen_between(a: Pictures, b: Pictures, mean: float, tolerance: float) -> boo
     return float(squares.mean()) > tolerance**2 and effective_number(squares) < FEW_PIXELS
 
 
+def costs(empty: NDArray[np.bool_], rays: float) -> NDArray[np.float64]:
+    """Noise.cost, where a sample takes so many rays in the mean: of pixels that show no surface, (P,), it takes one.
+
+    What those save by stopping is little.
+    """
+    share = float(empty.mean())
+    if share in (0.0, 1.0) or not rays > 1.0:
+        return np.ones(len(empty))
+    return np.where(empty, 1.0 / rays, (1.0 - share / rays) / (1.0 - share))
+
+
 def noise(pictures: Pictures, samples: int, mean: float, fewer: tuple[Pictures, int] | None = None) -> Noise:
     """From renders of `samples` each; fewer: others of the same settings, of fewer samples, which tell the slope.
 
@@ -78,19 +97,46 @@ def noise(pictures: Pictures, samples: int, mean: float, fewer: tuple[Pictures, 
     """
     check_seeds(pictures)
     variances = pictures.var(axis=0, ddof=1)
-    # film_error sums over the channels what all samples and every second one differ by: half of what two independent
-    # halves do. Two pictures of n samples differ by as much as halves of 2 n samples, whose halves differ by sqrt(2)
-    # more than those of n do less.
-    brightness = np.maximum(pictures.mean(axis=0).sum(axis=1), 0.0)
-    first, second = np.triu_indices(len(pictures), 1)
-    apart = 0.5 * np.abs(pictures[first] - pictures[second]).sum(axis=2).mean(axis=0)
-    error = apart * np.sqrt(2.0) / (1e-4 + np.sqrt(brightness))
+    error = expected_error(pictures)
     relative = variances.mean(axis=1) / mean**2
-    found = Noise(relative, error, effective_number(relative), float(samples))
+    found = Noise(relative, error, effective_number(relative), float(samples), apart=disjoint(pictures, mean))
     if fewer is None:
         return found
     before = fewer[0].var(axis=0, ddof=1).mean(axis=1)
     return replace(found, slope=slope(found, before / mean**2, fewer[1]))
+
+
+def expected_error(pictures: Pictures) -> NDArray[np.float64]:
+    """What `film_error` (kernels/film.h) expects of each pixel after as many samples as each picture has, (P,).
+
+    It sums over the channels what all samples and every second one differ by: half of what two independent halves do.
+    Two pictures of n samples differ by as much as halves of 2 n samples, whose halves differ by sqrt(2) less than those
+    of n do.
+    """
+    brightness = np.maximum(pictures.mean(axis=0).sum(axis=1), 0.0)
+    first, second = np.triu_indices(len(pictures), 1)
+    apart = 0.5 * np.abs(pictures[first] - pictures[second]).sum(axis=2).mean(axis=0)
+    return apart * np.sqrt(2.0) / (1e-4 + np.sqrt(brightness))
+
+
+def disjoint(pictures: Pictures, mean: float) -> tuple[NDArray[np.float64], NDArray[np.float64]] | None:
+    """Noise.apart: for each seed the error that the others show, and the variance that this one shows beside them.
+
+    A pixel stops by the samples that it is made of: those in which rare light was missed look clean. Of fewer than
+    three seeds none is left over.
+    """
+    count = len(pictures)
+    if count < 3:
+        return None
+    errors, variances = [], []
+    for number in range(count):
+        others = np.delete(pictures, number, axis=0)
+        alone = others.mean(axis=0)
+        errors.append(expected_error(others))
+        # The mean of the others has a share of their variance itself.
+        squares = np.square(pictures[number] - alone) * ((count - 1) / count)
+        variances.append(squares.mean(axis=1) / mean**2)
+    return np.stack(errors), np.stack(variances)
 
 
 def slope(found: Noise, before: NDArray[np.float64], samples: int) -> float:

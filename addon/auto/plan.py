@@ -12,8 +12,8 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from ..metrics import Paired, mean_interval
-from .measure import Noise, few
+from ..metrics import Paired, effective_number, mean_interval
+from .measure import FEW_PIXELS, Noise, few
 
 # ---- What a pilot may cost
 
@@ -22,7 +22,9 @@ from .measure import Noise, few
 # takes 1.2 to 1.8 times that of the whole (box_room and whitted_classic, 16 to 2 samples).
 PILOT_SHARE = 0.025
 SEARCH_MIN = 2  # samples; one costs 2.4 times as much a path, and tells nothing
+SEARCH_WIDE = 4  # beyond, more pixels tell more than more samples of them, as long as there are no more than PIXELS_MAX
 PIXELS = 1024
+PIXELS_MAX = 4096
 PIXELS_SHARE = 0.25  # of the picture's, at most
 SEEDS = 4
 SETTINGS = 10  # that are looked at, more or less: the base and its simplifications
@@ -47,11 +49,12 @@ class Budget:
 def budget(width: int, height: int, samples: float) -> Budget | None:
     """What the pilot of a render of so many pixels and samples may take; None where it is too short for one."""
     paths = int(PILOT_SHARE * width * height * samples)
-    pixels = min(PIXELS, PIXELS_SHARE * width * height)
+    pictures = (SETTINGS + VERIFIED * VERIFIED_WEIGHT + BETWEEN) * SEEDS
+    pixels = min(max(PIXELS, min(paths / (pictures * SEARCH_WIDE), PIXELS_MAX)), PIXELS_SHARE * width * height)
     across = max(1, round((pixels * width / height) ** 0.5))
     across = min(across, width)
     down = min(max(1, round(pixels / across)), height)
-    parts = (SETTINGS + VERIFIED * VERIFIED_WEIGHT + BETWEEN) * SEEDS * across * down
+    parts = pictures * across * down
     search = min(paths // parts, SAMPLES_MAX)
     if search < SEARCH_MIN:
         return None
@@ -212,6 +215,18 @@ def interval(found: Paired) -> str:
 
 
 @dataclass(frozen=True, slots=True)
+class Added:
+    """Root mean square of what pixels that stop early add to the error: estimate, and upper end of its interval.
+
+    pixels: how many make it, see `metrics.effective_number`.
+    """
+
+    value: float
+    high: float
+    pixels: float
+
+
+@dataclass(frozen=True, slots=True)
 class Sampling:
     """How many samples a pixel takes, at most where `adaptive`, until its error is below `threshold`."""
 
@@ -227,12 +242,12 @@ class Sampling:
     def words(self) -> str:
         return f'{self.samples} samples' + (f' to a noise of {self.threshold:.2g}' if self.adaptive else '')
 
-    def taken(self, noise: Noise) -> np.ndarray:
-        """Samples that each pixel is expected to take. (P,)"""
+    def taken(self, noise: Noise, expected: np.ndarray | None = None) -> np.ndarray:
+        """Samples that each pixel is expected to take, (P,). expected: an error other than its own, any shape."""
         if not self.adaptive:
-            return np.full(len(noise.variance), float(self.samples))
+            return np.full((noise.error if expected is None else expected).shape, float(self.samples))
         least = min(self.first_look(), self.samples)
-        wanted = np.clip(noise.samples_to(self.threshold), least, self.samples)
+        wanted = np.clip(noise.samples_to(self.threshold, expected), least, self.samples)
         ends = np.array(pass_ends(self.samples), np.float64)
         return ends[np.minimum(np.searchsorted(ends, wanted - 1e-9), len(ends) - 1)]
 
@@ -241,9 +256,21 @@ class Sampling:
         left = noise.after(self.taken(noise))
         return float(np.sqrt(left.mean())), float(np.sqrt(mean_interval(left)[1]))
 
+    def added(self, noise: Noise, other: Sampling) -> Added:
+        """What it leaves beyond what `other` does, which takes no fewer samples of any pixel; as shares of the mean.
+
+        Where a pixel stops is told by other seeds than what is left of its noise: what stops because it missed rare
+        light is in it.
+        """
+        errors, variances = noise.apart if noise.apart is not None else (noise.error[None], noise.variance[None])
+        fall = noise.fall(self.taken(noise, errors)) - noise.fall(other.taken(noise, errors))
+        more = (variances * np.maximum(fall, 0.0)).mean(axis=0)
+        high = max(mean_interval(more)[1], 0.0)
+        return Added(float(np.sqrt(more.mean())), float(np.sqrt(high)), effective_number(more))
+
     def work(self, noise: Noise) -> float:
-        """Samples of a pixel in the mean."""
-        return float(self.taken(noise).mean())
+        """Samples of a pixel in the mean, each as dear as it is."""
+        return float(np.average(self.taken(noise), weights=noise.cost))
 
 
 LONGEST_PASS = 32  # native/session.cpp, kLongestPass
@@ -264,24 +291,30 @@ ADAPTIVE_ROOM = 4  # a pixel takes from a fourth of the samples that suffice for
 THRESHOLDS = tuple(1e-4 * 2.0 ** (step / 4) for step in range(54))  # up to 1
 
 
-def sampling(asked: Sampling, noise: Noise, before: Noise, bias: float, tolerance: float) -> Sampling:
-    """The cheapest sampling whose error is within the tolerance, or no greater than with what was asked for.
+# Pixels are first looked at after this part of the samples, and as many as each seed of the pilot has: a look takes a
+# pixel and its eight neighbours, which tells no less than the pilot's other seeds do of one pixel.
+LEAST_SHARE = 8
 
-    Where the noise is beyond the tolerance whatever is done, pixels are not stopped early: a stop that depends on the
-    samples leaves out some of the light that comes rarely (box_room, 128 samples, noise of 13 %: 0.5 % of all light),
-    which is as much as a tolerance. Where the noise is within it, so is what a stop leaves out.
+
+def sampling(asked: Sampling, noise: Noise, before: Noise, bias: float, tolerance: float) -> Sampling:
+    """The cheapest sampling whose error is within the tolerance, or beyond that of what was asked for by no more.
+
+    Where the noise is beyond the tolerance, pixels stop where that adds less than the tolerance to the error, root mean
+    square over the picture: what they miss by stopping, which is no more than the noise that they stop at, is in that.
 
     noise, before: with the other simplifications, and without them. bias: upper end of the difference that they make.
     """
     _, highest = asked.error(noise)
     room = max(tolerance**2 - bias**2, 0.0) ** 0.5
-    within = highest <= room
+    # Where a few pixels make the noise, no estimate of it is sure; what is added elsewhere may be.
+    sure = not (noise.dominated or before.dominated)
+    within = sure and highest <= room
     # What was asked for leaves this much; the difference is an error, too.
     left = max(asked.error(before)[0] ** 2 - bias**2, 0.0) ** 0.5
     enough = [
         other
         for count in pass_ends(asked.samples)[:-1]
-        if count >= 2
+        if sure and count >= 2
         for other in [replace(asked, samples=count)]
         # Beside a forecast, another one is as sure as that is; beside the tolerance, the interval counts.
         if (other.error(noise)[1] <= room if within else other.error(noise)[0] <= left)
@@ -299,7 +332,31 @@ def sampling(asked: Sampling, noise: Noise, before: Noise, bias: float, toleranc
         most, least = min(suffices * ADAPTIVE_ROOM, asked.samples), max(suffices // ADAPTIVE_ROOM, 1)
         stopped = [Sampling(most, True, threshold, least) for threshold in THRESHOLDS]
         enough += [other for other in stopped if other.error(noise)[1] <= room]
+    enough += [other for other in stops(asked, noise) if adds_little(other.added(noise, asked), room)]
     if not enough:
         return asked
     best = min(enough, key=lambda other: other.work(noise))
     return best if best.work(noise) <= (1.0 - SAMPLING_WORTH) * asked.work(before) else asked
+
+
+def stops(asked: Sampling, noise: Noise) -> list[Sampling]:
+    """The same samples, but for pixels that stop."""
+    least = max(16, asked.samples // LEAST_SHARE, round(noise.samples))
+    if asked.adaptive:
+        return [
+            replace(asked, threshold=threshold, least=max(least, asked.first_look()))
+            for threshold in THRESHOLDS
+            if threshold > asked.threshold
+        ]
+    return [replace(asked, adaptive=True, threshold=threshold, least=least) for threshold in THRESHOLDS]
+
+
+def adds_little(added: Added, room: float) -> bool:
+    return added.high <= room and (added.pixels >= FEW_PIXELS or added.high <= DOUBTFUL * room)
+
+
+def missed(chosen: Sampling, asked: Sampling, noise: Noise) -> float:
+    """Most that pixels miss which stop earlier than was asked for: what they add, or the noise that they stop at."""
+    if chosen == asked or not chosen.adaptive:
+        return 0.0
+    return chosen.added(noise, asked).high if chosen.samples == asked.samples else chosen.error(noise)[1]
