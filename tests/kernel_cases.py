@@ -222,9 +222,9 @@ LIGHTS = [
     Case(
         'light_geometry',
         'spot = spot_attenuation(light, wi); cap = point_light_cap(light, d * d);'
-        't = point_light_distance(light, d, c);',
+        'versine = spot_direction_versine(light, wi); t = point_light_distance(light, d, c);',
         {'light': LIGHT, 'wi': DIRECTION, 'd': POSITIVE, 'c': SIGNED},
-        {'spot': 'float', 'cap': 'float', 't': 'float'},
+        {'spot': 'float', 'versine': 'float', 'cap': 'float', 't': 'float'},
     ),
     Case(
         'light_samples',

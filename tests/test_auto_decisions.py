@@ -288,15 +288,16 @@ def test_clean_pixels_stop_where_that_adds_less_than_the_tolerance():
 
 
 def test_what_the_sky_saves_is_little():
-    """Half of the pixels show the sky, by one ray a sample; the others take seven, which makes four in the mean. If the
-    former stop at an eighth of the samples, 1/16 of the rays is left of their eighth."""
+    """Half of the pixels show the sky, by one ray a sample; the others take two, which makes 1.5 in the mean. If the
+    former stop at an eighth of the samples, an eighth of their third of the rays is left."""
     error = np.where(np.arange(1000) < 500, 0.0, 3.0)
-    noise = Noise(error**2, error, 500.0, cost=measure.costs(error == 0.0, 4.0))
-    assert noise.cost[0] == pytest.approx(0.25) and noise.cost[-1] == pytest.approx(1.75)
+    noise = Noise(error**2, error, 500.0, cost=measure.costs(error == 0.0, 1.5))
+    assert noise.cost[0] == pytest.approx(2 / 3) and noise.cost[-1] == pytest.approx(4 / 3)
     stopped = Sampling(128, True, 1e-3, 16)
-    assert stopped.work(noise) / 128 == pytest.approx(0.125 * 0.125 + 0.875)
-    assert plan.sampling(Sampling(128), noise, noise, 0.0, 1e-4) != Sampling(128)
-    cheap = Noise(error**2, error, 500.0, cost=measure.costs(error == 0.0, 40.0))
+    assert stopped.work(noise) / 128 == pytest.approx(1 / 24 + 2 / 3)
+    found = plan.sampling(Sampling(128), noise, noise, 0.0, 1e-4)
+    assert found.adaptive and found.work(noise) == pytest.approx(stopped.work(noise))
+    cheap = Noise(error**2, error, 500.0, cost=measure.costs(error == 0.0, 15.0))
     assert plan.sampling(Sampling(128), cheap, cheap, 0.0, 1e-4) == Sampling(128)
 
 

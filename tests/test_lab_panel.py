@@ -49,6 +49,10 @@ def test_a_chart_of_the_open_file_and_its_rows(room: bpy.types.Scene) -> None:
     image = lab_panel.show_plot(bpy.context)
     assert image.name == 'Speed and Accuracy' and tuple(image.size) == lab_panel.PLOT_SIZE
     assert lab_panel.show_plot(bpy.context) == bpy.data.images['Speed and Accuracy']
+    settings, pixels = bpy.context.window_manager.cotorra_lab, np.array(bpy.data.images['Speed and Accuracy'].pixels[:])
+    settings.measure = 'rmse'  # which draws the plot again
+    assert (pixels != np.array(bpy.data.images['Speed and Accuracy'].pixels[:])).any()
+    settings.measure = 'trimmed'
     found = lab_panel.rows(task.plot, 'trimmed')
     assert len(found) == 4 and [row[2]['trimmed'] for row in found] == sorted(row[2]['trimmed'] for row in found)
 
