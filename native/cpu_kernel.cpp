@@ -203,7 +203,8 @@ class Renderer {
   // ---- Stage 4: light from lamps and emitting triangles, with shadow rays.
   void light(int lanes, uint bounce) {
     if (lanes == 0) return;
-    arguments_.flags = bounce == 0 ? embree::kCoherent : embree::kIncoherent;
+    // Shadow rays part too soon for what Embree does for coherent ones, even those of neighbours to one lamp.
+    arguments_.flags = embree::kIncoherent;
     const bool all = scene_.light_count <= LIGHTS_AT_ONCE;
     for (uint l = 0; all && l < scene_.light_count; ++l) sample_light(l, lanes, bounce);
     if (FEATURE(FEATURE_LIGHT_TREE) && (all ? scene_.emitter_count : scene_.tree_picks) > 0) {

@@ -60,8 +60,6 @@ Library::Library(const std::string &path) : path_(path) {
     look_up(handle_, "rtcOccluded4", api_.occluded4);
     look_up(handle_, "rtcIntersect8", api_.intersect8);
     look_up(handle_, "rtcOccluded8", api_.occluded8);
-    look_up(handle_, "rtcIntersect16", api_.intersect16);
-    look_up(handle_, "rtcOccluded16", api_.occluded16);
   } catch (...) {
     close_library(handle_);
     throw;

@@ -26,7 +26,6 @@ enum DeviceProperty : int {
   kPropertyVersion = 0,
   kPropertyNativeRay4 = 32,
   kPropertyNativeRay8 = 33,
-  kPropertyNativeRay16 = 34,
   kPropertyRayMask = 64,
 };
 enum GeometryType : int { kTriangles = 0, kInstanceArray = 122 };
@@ -116,8 +115,6 @@ struct Api {
   void (*occluded4)(const int *valid, Scene, Ray<4> *, QueryArguments *);
   void (*intersect8)(const int *valid, Scene, RayHit<8> *, QueryArguments *);
   void (*occluded8)(const int *valid, Scene, Ray<8> *, QueryArguments *);
-  void (*intersect16)(const int *valid, Scene, RayHit<16> *, QueryArguments *);
-  void (*occluded16)(const int *valid, Scene, Ray<16> *, QueryArguments *);
 };
 
 // An opened Embree library; it stays open as long as somebody holds it.
