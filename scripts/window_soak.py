@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import ctypes
 import gc
-import json
 import math
 import os
 import random
@@ -19,12 +18,16 @@ from collections import Counter
 from collections.abc import Callable
 
 import bpy
+import gpu
 from mathutils import Quaternion
 
-DEFAULTS = {'seed': 1, 'operations': 20, 'report': '/tmp/soak.json', 'engine': 'COTORRA'}
+from window_inside import EXTENSION, areas, memory, scene, stores, threads, viewports, window, within, write
+
+DEFAULTS = {'seed': 1, 'operations': 20, 'report': '/tmp/soak.json', 'engine': 'COTORRA', 'only': []}
 SETTINGS = globals().get('SETTINGS', DEFAULTS)
-EXTENSION = 'bl_ext.user_default.cotorra'
 ENGINE = SETTINGS['engine']
+HANG_SECONDS = 2.0
+MEMORY_EVERY = 100  # operations
 chance = random.Random(SETTINGS['seed'])
 
 OPERATIONS: dict[str, tuple[int, Callable[[], None]]] = {}
@@ -43,21 +46,9 @@ def operation(weight: int) -> Callable[[Callable[[], None]], Callable[[], None]]
 # ---- What is at hand
 
 
-def areas() -> list[bpy.types.Area]:
-    window = bpy.context.window_manager.windows[0]
-    return [area for area in window.screen.areas if area.type == 'VIEW_3D']
-
-
 def inside():
     """The context of one of the 3D viewports."""
-    window = bpy.context.window_manager.windows[0]
-    area = chance.choice(areas())
-    region = next(region for region in area.regions if region.type == 'WINDOW')
-    return bpy.context.temp_override(window=window, area=area, region=region)
-
-
-def scene() -> bpy.types.Scene:
-    return bpy.context.window_manager.windows[0].scene
+    return within(chance.choice(areas()))
 
 
 def pick(kind: str = '') -> bpy.types.Object | None:
@@ -301,12 +292,11 @@ def new_file():
 @operation(1)
 def new_scene():
     object_mode()
-    window = bpy.context.window_manager.windows[0]
     if len(bpy.data.scenes) < 3:
         with inside():
             bpy.ops.scene.new(type=chance.choice(('EMPTY', 'LINK_COPY', 'FULL_COPY')))
     else:
-        window.scene = chance.choice(list(bpy.data.scenes))
+        window().scene = chance.choice(list(bpy.data.scenes))
     start()
 
 
@@ -365,10 +355,9 @@ def local_view():
 
 @operation(2)
 def split():
-    window = bpy.context.window_manager.windows[0]
     if len(areas()) > 3:
         area = areas()[-1]
-        with bpy.context.temp_override(window=window, area=area):
+        with bpy.context.temp_override(window=window(), area=area):
             bpy.ops.screen.area_close()
     else:
         with inside():
@@ -445,6 +434,30 @@ def render():
 
 
 @operation(1)
+def no_camera():
+    scene().camera = None
+    chance.choice(areas()).spaces.active.region_3d.view_perspective = 'CAMERA'
+
+
+@operation(1)
+def offscreen():
+    """A viewport is drawn as small and as large as can be, in the middle of its own drawing."""
+    size = chance.choice(((1, 1), (1, 200), (7, 3), (2000, 1), (7680, 4320)))
+    space, found = chance.choice(areas()).spaces.active, []
+
+    def draw() -> None:
+        bpy.types.SpaceView3D.draw_handler_remove(found[0], 'WINDOW')
+        view, layer = bpy.context.region_data, bpy.context.view_layer
+        matrices = view.view_matrix.copy(), view.window_matrix.copy()
+        target = gpu.types.GPUOffScreen(*size)
+        target.draw_view3d(scene(), layer, bpy.context.space_data, bpy.context.region, *matrices)
+        target.free()
+
+    found.append(bpy.types.SpaceView3D.draw_handler_add(draw, (), 'WINDOW', 'POST_PIXEL'))
+    space.shading.type = 'RENDERED'
+
+
+@operation(1)
 def extension():
     """It is switched off while it draws, and on again."""
     bpy.ops.preferences.addon_disable(module=EXTENSION)
@@ -463,27 +476,6 @@ def start() -> None:
         area.spaces.active.shading.type = 'RENDERED'
 
 
-def memory() -> int:
-    """Bytes of this process."""
-    with open('/proc/self/statm') as file:
-        return int(file.read().split()[1]) * os.sysconf('SC_PAGE_SIZE')
-
-
-def viewports() -> list[object]:
-    module = sys.modules.get(f'{EXTENSION}.viewport.viewport')
-    return [] if module is None else [found for found in gc.get_objects() if type(found) is module.Viewport]
-
-
-def stores() -> list[object]:
-    """What is kept of scenes: it ends with the last viewport."""
-    module = sys.modules.get(f'{EXTENSION}.sync.stores')
-    return [] if module is None else list(module._stores.values())
-
-
-def threads() -> int:
-    return len(os.listdir('/proc/self/task'))
-
-
 class Run:
     def __init__(self) -> None:
         self.done, self.refused = Counter(), Counter()
@@ -492,8 +484,10 @@ class Run:
         self.ticks: list[float] = []
         self.seen = time.perf_counter()
         self.slowest: list[tuple[float, str]] = []
-        self.faults: list[str] = []
-        self.memory = memory()
+        self.hangs = Counter()  # by the operation before
+        self.memory = self.before = memory()
+        self.grown = Counter()  # bytes, by the operation before
+        self.course = [self.memory]
         self.threads = threads()
         self.closing = 0
 
@@ -503,21 +497,28 @@ class Run:
             'operations': sum(self.done.values()),
             'refused': sum(self.refused.values()),
             'slowest_seconds': [(round(seconds, 2), name) for seconds, name in self.slowest[:5]],
+            'hangs': dict(+self.hangs),
             'by_kind': dict(self.done),
+            'mebibytes_by_kind': {name: grown >> 20 for name, grown in self.grown.most_common(8)},
+            'mebibytes': [used >> 20 for used in self.course],
             'last': self.last[-8:],
             'memory_start': self.memory,
             'threads_start': self.threads,
             **more,
         }
-        path = SETTINGS['report']
-        with open(f'{path}.part', 'w') as file:
-            json.dump(found, file)
-        os.replace(f'{path}.part', path)
+        write(SETTINGS['report'], found)
 
     def tick(self) -> float | None:
         now = time.perf_counter()
         gap, self.seen = now - self.seen, now
-        self.slowest = sorted([*self.slowest, (gap, self.last[-1] if self.last else 'start')], reverse=True)[:5]
+        last = self.last[-1] if self.last else 'start'
+        self.slowest = sorted([*self.slowest, (gap, last)], reverse=True)[:5]
+        self.hangs[last] += gap > HANG_SECONDS
+        used = memory()
+        self.grown[last] += used - self.before
+        self.before = used
+        if sum(self.done.values()) >= MEMORY_EVERY * len(self.course):
+            self.course.append(used)
         if self.left > 0:
             self.left -= 1
             self.step()
@@ -525,7 +526,7 @@ class Run:
         return self.close()
 
     def step(self) -> None:
-        names = list(OPERATIONS)
+        names = SETTINGS['only'] or list(OPERATIONS)
         name = chance.choices(names, [OPERATIONS[name][0] for name in names])[0]
         self.last.append(name)
         self.write()

@@ -1,88 +1,39 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Runs scripts/window_soak.py in a real Blender's window, watches over it, and judges what it says.
+"""A real Blender's window: random operations in it, or how long edits take to be seen, and what is to be said of it.
 
-Blender may crash or hang there: this process is another. How such a Blender is made is told in ../shared/window.
+What runs in Blender is window_soak.py, window_latencies.py and what they need; window_blender.py watches over it.
 """
 
 from __future__ import annotations
 
 import argparse
 import json
-import os
-import subprocess
+import statistics
 import sys
-import tempfile
-import time
 from pathlib import Path
 
-ROOT = Path(__file__).resolve().parent.parent
-SHARED = ROOT.parent / 'shared' / 'window'
-TOP = Path(os.environ.get('BLENDER_WINDOW') or Path(os.environ.get('TMPDIR') or '/tmp') / 'blender-window')
-POLL_SECONDS = 0.5
-# A tick that takes longer is a hang. Software OpenGL and a loaded machine are slow: the issue's two seconds are judged
-# by the reader of the summary.
-HANG_SECONDS = 60.0
+from window_blender import leave, play, prepare
+
 # Bytes that may stay after closing, of what there was before the first operation: Blender's own caches fill.
 MEMORY_RATIO = 1.6
+# Kinds of edit, and the milliseconds within which they are to be seen.
+GOALS = {'first': 1000, 'camera': 60, 'light': 50, 'material': 50, 'object': 60, 'mesh': 120, 'frame': 150}
+LABELS = {
+    'first': 'first pixels',
+    'camera': 'camera moves',
+    'light': 'light changes',
+    'material': 'material changes',
+    'object': 'object moves',
+    'mesh': '16,200 triangles change',
+    'frame': 'frame with 30 moving objects',
+}
+OF_CYCLES = 0.5  # of its time, at most
+ENGINES = ('COTORRA', 'CYCLES')
 
 
-def window(*arguments: str, text: str | None = None, check: bool = True) -> str:
-    found = subprocess.run([str(SHARED / 'window'), *arguments], input=text, capture_output=True, text=True)
-    if check and found.returncode != 0:
-        sys.exit(f'window-test: window {arguments[0]}: {found.stdout}{found.stderr}')
-    return found.stdout
-
-
-def prepare() -> None:
-    if not (TOP / 'sid' / 'usr' / 'bin' / 'blender').exists():
-        print('window-test: making a Blender with a window', file=sys.stderr)
-        subprocess.run([str(SHARED / 'setup')], check=True, stdout=subprocess.DEVNULL)
-    with tempfile.TemporaryDirectory() as folder:
-        built = ROOT / 'scripts' / 'build_extension.py'
-        subprocess.run(
-            [sys.executable, str(built), '--python', '3.14', '--output', folder], check=True, stdout=subprocess.DEVNULL
-        )
-        window('install', str(next(Path(folder).glob('*.zip'))))
-
-
-def watch(arguments: argparse.Namespace) -> tuple[dict, list[str]]:
-    """Runs the operations; their summary, and what went wrong."""
-    report, log = TOP / 'w' / 'soak.json', TOP / 'w' / 'ui.log'
-    report.unlink(missing_ok=True)
-    # What it starts stays: its output must go to no pipe, whose end would be waited for.
-    subprocess.run([str(SHARED / 'window'), 'start'], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, check=True)
-    (TOP / 'w' / 'window_soak.py').write_text((ROOT / 'scripts' / 'window_soak.py').read_text())
-    settings = {name: getattr(arguments, name) for name in ('seed', 'operations', 'engine')}
-    settings['report'] = '/w/soak.json'
-    source = "compile(open('/w/window_soak.py').read(), 'window_soak.py', 'exec')"
-    said = window('do', text=f"exec({source}, {{'__name__': 'window_soak', 'SETTINGS': {settings!r}}})")
-    if said:
-        sys.exit(f'window-test: {said}')
-    end = time.monotonic() + 60.0 * arguments.minutes
-    faults: list[str] = []
-    found: dict = {}
-    last, changed = '', time.monotonic()
-    while True:
-        time.sleep(POLL_SECONDS)
-        text = report.read_text() if report.exists() else ''
-        if text != last:
-            last, changed = text, time.monotonic()
-            found = json.loads(text)
-        if log.read_text(errors='replace').rstrip().splitlines()[-1:] and 'exit code' in log.read_text(
-            errors='replace'
-        ):
-            faults.append(f'Blender ended: {log.read_text(errors="replace").rstrip().splitlines()[-1]}')
-            break
-        if found.get('ended'):
-            break
-        if time.monotonic() - changed > HANG_SECONDS:
-            faults.append(f'no answer for {HANG_SECONDS:g} s')
-            break
-        if time.monotonic() > end:
-            break
-    tracebacks = log.read_text(errors='replace').count('Traceback')
-    if tracebacks:
-        faults.append(f'{tracebacks} tracebacks in {log}')
+def soak(arguments: argparse.Namespace) -> list[str]:
+    settings = {name: getattr(arguments, name) for name in ('seed', 'operations', 'engine', 'only')}
+    found, faults = play('window_soak.py', settings, arguments.minutes)
     if found.get('ended'):
         left = {name: found[f'{name}_left'] for name in ('viewports', 'stores', 'threads')}
         if any(left.values()):
@@ -91,7 +42,65 @@ def watch(arguments: argparse.Namespace) -> tuple[dict, list[str]]:
             faults.append(f'memory grew from {found["memory_start"] >> 20} to {found["memory_end"] >> 20} MiB')
     if faults:
         faults.append(f'the last operations: {", ".join(found.get("last", []))}')
-    return found, faults
+    print(json.dumps({key: value for key, value in found.items() if key != 'last'}, indent=1))
+    return faults
+
+
+def latencies(arguments: argparse.Namespace) -> list[str]:
+    settings = {'engines': arguments.engines, 'kinds': arguments.kinds, 'edits': arguments.edits}
+    report, faults = play('window_latencies.py', settings, arguments.minutes)
+    faults += [f'not shown: {missed}' for missed in report.get('missed', [])]
+    if not report.get('ended'):
+        faults.append(f'not whole: it was at {report.get("at", "the start")}')
+    found = report.get('found', {})
+    if arguments.results is not None:
+        known = json.loads(arguments.results.read_text()) if arguments.results.exists() else {}
+        for kind, engines in found.items():
+            known[kind] = known.get(kind, {}) | engines
+        arguments.results.write_text(json.dumps(known))
+        found = known
+    print(f'viewport of {"×".join(map(str, report.get("size", ())))}; milliseconds from an edit to the frame with it')
+    print('\n'.join(table(found)))
+    return faults
+
+
+def table(found: dict[str, dict[str, list[tuple[float, float]]]]) -> list[str]:
+    """found: by kind and engine, milliseconds until a frame shows an edit, and those of them in the engine's calls."""
+    head = f'{"":30}{"goal":>6}' + ''.join(f'{name.title():>9}{"quartiles":>14}{"min":>7}{"n":>4}' for name in ENGINES)
+    lines = [f'{head}{"ratio":>8}{"in calls":>10}']
+    for kind in (kind for kind in GOALS if kind in found):
+        line = f'{LABELS[kind]:30}{GOALS[kind]:6}'
+        medians = {}
+        for engine in ENGINES:
+            times = [time for time, _ in found[kind].get(engine, [])]
+            if len(times) < 2:
+                line += f'{"-":>9}{"":25}'
+                continue
+            low, medians[engine], high = statistics.quantiles(times, n=4, method='inclusive')
+            between = f'{low:.0f} to {high:.0f}'
+            line += f'{medians[engine]:9.0f}{between:>14}{min(times):7.0f}{len(times):4}'
+        met = medians.get(ENGINES[0], 0.0) <= GOALS[kind]
+        if len(medians) == len(ENGINES):
+            ratio = medians[ENGINES[0]] / medians[ENGINES[1]]
+            met = met and ratio <= OF_CYCLES
+            line += f'{ratio:8.2f}'
+        else:
+            line += f'{"-":>8}'
+        if ENGINES[0] in medians:
+            line += f'{statistics.median(inside for _, inside in found[kind][ENGINES[0]]):10.0f}'
+        lines.append(line if met else f'{line}  missed')
+    return lines
+
+
+def names(known: tuple[str, ...]):
+    def parse(text: str) -> list[str]:
+        found = text.split(',')
+        for name in found:
+            if name not in known:
+                raise argparse.ArgumentTypeError(f'{name} is none of {", ".join(known)}')
+        return found
+
+    return parse
 
 
 def main() -> None:
@@ -101,17 +110,30 @@ def main() -> None:
     parser.add_argument(
         '--engine', default='COTORRA', help="whose viewport: with CYCLES, a fault that stays is Blender's own"
     )
+    parser.add_argument(
+        '--only', type=lambda text: text.split(','), default=[], help='these operations alone, e.g. move,light'
+    )
     parser.add_argument('--minutes', type=float, default=10.0, help='that it takes at most (default: 10)')
     parser.add_argument(
         '--keep', action='store_true', help='leave the window open, and use the extension that is there'
     )
+    parser.add_argument('--latencies', action='store_true', help='no random operations: how soon edits are seen')
+    parser.add_argument('--edits', type=int, default=50, help='of each kind (default: 50)')
+    parser.add_argument(
+        '--kinds', type=names(tuple(GOALS)), default=list(GOALS), help=f'of edit: {",".join(GOALS)} (default: all)'
+    )
+    parser.add_argument(
+        '--engines', type=names(ENGINES), default=list(ENGINES), help=f'{",".join(ENGINES)} (default: both)'
+    )
+    parser.add_argument(
+        '--results', type=Path, metavar='JSON', help='a file that keeps what was measured: the table has that, too'
+    )
     arguments = parser.parse_args()
     if not arguments.keep:
         prepare()
-    found, faults = watch(arguments)
+    faults = latencies(arguments) if arguments.latencies else soak(arguments)
     if not arguments.keep:
-        window('do', text='import bpy; bpy.ops.wm.quit_blender()', check=False)
-    print(json.dumps({key: value for key, value in found.items() if key != 'last'}, indent=1))
+        leave()
     for fault in faults:
         print(f'window-test: {fault}')
     sys.exit(1 if faults else 0)
