@@ -6,6 +6,7 @@ Imported there by window_soak.py and its neighbours; window_blender.py sends the
 
 from __future__ import annotations
 
+import ctypes
 import gc
 import json
 import os
@@ -14,6 +15,7 @@ import sys
 import bpy
 
 EXTENSION = 'bl_ext.user_default.cotorra'
+TBBMALLOC_CLEAN_ALL_BUFFERS = 0  # of oneTBB's scalable_allocator.h
 
 
 # ---- The window
@@ -49,6 +51,21 @@ def memory() -> int:
     """Bytes that are resident."""
     with open('/proc/self/statm') as file:
         return int(file.read().split()[1]) * os.sysconf('SC_PAGE_SIZE')
+
+
+def give_back() -> None:
+    """Memory that is free, though the process still has it, goes back to the system: of glibc, or of TBB's allocator,
+    which distributions link in its place and which keeps large blocks for later.
+    """
+    gc.collect()
+    for library, name, arguments in (
+        (None, 'malloc_trim', (0,)),
+        ('libtbbmalloc.so.2', 'scalable_allocation_command', (TBBMALLOC_CLEAN_ALL_BUFFERS, None)),
+    ):
+        try:
+            getattr(ctypes.CDLL(library), name)(*arguments)
+        except (OSError, AttributeError):  # not on this system
+            continue
 
 
 def threads() -> int:

@@ -27,8 +27,8 @@ ENGINES = {'COTORRA': (f'{EXTENSION}.engine', 'CotorraRenderEngine'), 'CYCLES': 
 FIRST = 'first'
 ROUNDS = 2  # in each of which every engine has its turn, the order reversed every second time
 WARM = 2  # edits before the counted ones, one to each state: they tell what both look like
-SETTLE = 0.5  # seconds of rendering between a frame that was waited for and the next edit
-SETTLE_WARM = 1.5
+SETTLE = 0.3  # seconds of rendering between a frame that was waited for and the next edit
+SETTLE_WARM = 1.0
 PATIENCE = 30.0  # seconds after which an edit counts as not shown
 ROWS, COLUMNS = 36, 32  # of what is looked at in a drawn frame
 TICK = 0.01
@@ -90,6 +90,7 @@ class Run:
     def __init__(self) -> None:
         self.found: dict[str, dict[str, list]] = {}
         self.missed: list[str] = []
+        self.at = ''
         edits.build()
         self.area = edits.arrange()
         self.eye = Eye()
@@ -106,7 +107,7 @@ class Run:
         region = edits.region(self.area)
         write(
             SETTINGS['report'],
-            {'found': self.found, 'missed': self.missed, 'size': [region.width, region.height], **more},
+            {'found': self.found, 'missed': self.missed, 'at': self.at, 'size': [region.width, region.height], **more},
         )
 
     @property
@@ -119,7 +120,7 @@ class Run:
         for kind in SETTINGS['kinds']:
             for number in range(ROUNDS):
                 for engine in SETTINGS['engines'][:: 1 - 2 * (number % 2)]:
-                    self.write(at=f'{kind} {engine} {number}')
+                    self.at = f'{kind} {engine} {number}'
                     share = SETTINGS['edits'] * (number + 1) // ROUNDS - SETTINGS['edits'] * number // ROUNDS
                     yield from self.turn(kind, engine, share)
         yield from self.off()
@@ -155,6 +156,7 @@ class Run:
 
     def one(self, kind, engine, times, edit, new, old) -> Iterator[float]:
         """Adds milliseconds to the frame, and those of them in the engine's calls, for one edit."""
+        self.write()
         self.eye.await_(new, old, kind == FIRST)
         began = time.perf_counter()
         edit()

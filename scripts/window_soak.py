@@ -7,12 +7,9 @@ operation before it begins: where Blender crashes, the last one is known.
 
 from __future__ import annotations
 
-import ctypes
-import gc
 import math
 import os
 import random
-import sys
 import time
 from collections import Counter
 from collections.abc import Callable
@@ -21,7 +18,7 @@ import bpy
 import gpu
 from mathutils import Quaternion
 
-from window_inside import EXTENSION, areas, memory, scene, stores, threads, viewports, window, within, write
+from window_inside import EXTENSION, areas, give_back, memory, scene, stores, threads, viewports, window, within, write
 
 DEFAULTS = {'seed': 1, 'operations': 20, 'report': '/tmp/soak.json', 'engine': 'COTORRA', 'only': []}
 SETTINGS = globals().get('SETTINGS', DEFAULTS)
@@ -514,20 +511,24 @@ class Run:
         last = self.last[-1] if self.last else 'start'
         self.slowest = sorted([*self.slowest, (gap, last)], reverse=True)[:5]
         self.hangs[last] += gap > HANG_SECONDS
+        if sum(self.done.values()) >= MEMORY_EVERY * len(self.course):
+            give_back()
+            self.course.append(memory())
         used = memory()
         self.grown[last] += used - self.before
         self.before = used
-        if sum(self.done.values()) >= MEMORY_EVERY * len(self.course):
-            self.course.append(used)
         if self.left > 0:
             self.left -= 1
             self.step()
-            return chance.choice((0.01, 0.05, 0.3))
+            return 0.01 if SETTINGS['only'] else chance.choice((0.01, 0.05, 0.3))
         return self.close()
 
     def step(self) -> None:
-        names = SETTINGS['only'] or list(OPERATIONS)
+        names = list(OPERATIONS)
         name = chance.choices(names, [OPERATIONS[name][0] for name in names])[0]
+        if only := SETTINGS['only']:
+            count = SETTINGS['operations']
+            name = only[(count - self.left - 1) * len(only) // count]
         self.last.append(name)
         self.write()
         try:
@@ -551,15 +552,13 @@ class Run:
                         area.spaces.active.shading.type = 'SOLID'
             bpy.ops.wm.read_homefile(use_factory_startup=False)
             return 3.0
-        gc.collect()
         used = memory()
-        if sys.platform == 'linux':
-            ctypes.CDLL(None).malloc_trim(0)  # what is free, though the process still has it
+        give_back()
         # Embree, Blender and the graphics driver keep pools of threads of their own.
         self.write(
             ended=True,
             memory_end=memory(),
-            memory_before_trim=used,
+            memory_before_giving_back=used,
             stores_left=len(stores()),
             viewports_left=len(viewports()),
             threads_left=max(0, threads() - max(self.threads, 40)),

@@ -111,7 +111,10 @@ def main() -> None:
         '--engine', default='COTORRA', help="whose viewport: with CYCLES, a fault that stays is Blender's own"
     )
     parser.add_argument(
-        '--only', type=lambda text: text.split(','), default=[], help='these operations alone, e.g. move,light'
+        '--only',
+        type=lambda text: text.split(','),
+        default=[],
+        help='these operations, one kind after the other, e.g. move,light',
     )
     parser.add_argument('--minutes', type=float, default=10.0, help='that it takes at most (default: 10)')
     parser.add_argument(
