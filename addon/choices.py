@@ -70,7 +70,8 @@ DENOISING_QUALITIES = (
     ('BALANCED', 'Balanced', 'Between the two'),
     ('FAST', 'Fast', 'The shortest time'),
 )
-# What the Rendered viewport can show: identifier, native pass, name, description.
+# What the Rendered viewport can show: identifier, native pass ('': of what is chosen), name, description.
+LIGHT_PASS, LIGHT_GROUP_PASS = 'LIGHT', 'LIGHT_GROUP'
 VIEWPORT_PASSES = (
     ('COMBINED', 'combined', 'Combined', 'The picture'),
     ('NORMAL', 'normal', 'Normal', 'Which way surfaces face, in world space'),
@@ -81,11 +82,19 @@ VIEWPORT_PASSES = (
     ('UV', 'uv', 'UV', 'Texture coordinates of the active UV map'),
     ('EMISSION', 'emission', 'Emission', 'Light that surfaces emit toward the viewer'),
     ('ENVIRONMENT', 'environment', 'Environment', 'The world where nothing stands before it'),
+    (LIGHT_PASS, '', 'Light', 'What one light gives to surfaces that it lights'),
+    (LIGHT_GROUP_PASS, '', 'Light Group', 'The light of one light group, bounces included'),
     ('SHADOW', 'shadow', 'Shadow', 'How much of the light of lamps arrives'),
     ('AO', 'ao', 'Ambient Occlusion', 'How much of the sky each point sees'),
     ('TERM_D', 'term_d', 'Distribution', 'The distribution term D of highlights, for each lamp, summed'),
     ('TERM_G', 'term_g', 'Masking', 'The masking term G of highlights, for each lamp, summed'),
     ('TERM_F', 'term_f', 'Fresnel', 'The Fresnel term F of highlights, for each lamp, summed'),
+    (
+        'HEALTH',
+        'health',
+        'Health',
+        'Bad samples of each pixel: red where not finite, green where negative, blue where fireflies',
+    ),
     ('SAMPLE_COUNT', 'sample_count', 'Sample Count', 'The part of the samples that each pixel took'),
 )
 HEALTHS = (

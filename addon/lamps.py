@@ -10,6 +10,8 @@ from collections.abc import Iterator
 
 import bpy
 
+from .choices import LIGHT_PASS
+
 PREFIX = 'Light '
 NAME_BYTES = 63  # of a pass in Blender
 PASSES_MAX = 64  # each takes 12 bytes a pixel
@@ -23,6 +25,12 @@ def lamp_names(objects: Iterator[bpy.types.Object] | bpy.types.bpy_prop_collecti
             yield obj.name
         elif obj.instance_type == 'COLLECTION' and obj.instance_collection is not None:
             yield from lamp_names(obj.instance_collection.all_objects)
+
+
+def lone_lamp(space: bpy.types.SpaceView3D | None) -> str | None:
+    """Name of the lamp that a viewport shows alone; None where it shows something else."""
+    own = space and space.shading.cotorra
+    return own.light if own and own.render_pass == LIGHT_PASS and own.light else None
 
 
 def pass_names(view_layer: bpy.types.ViewLayer) -> dict[str, str]:

@@ -8,7 +8,7 @@ these, or in their place where they were never set, is told in cycles_settings.p
 from __future__ import annotations
 
 import bpy
-from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, PointerProperty
+from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, PointerProperty, StringProperty
 
 from . import devices
 from .choices import (
@@ -31,6 +31,7 @@ from .choices import (
     VIEWPORT_PASSES,
     WHITTED_DEPTH_MAX,
 )
+from .lamps import lamp_names
 from .light_settings import CotorraLightSettings
 from .material_settings import CotorraMaterialSettings, color
 from .material_settings import tag_owner as tag_scene
@@ -513,6 +514,12 @@ class CotorraShadingSettings(bpy.types.PropertyGroup):
         items=[(identifier, name, text) for identifier, _, name, text in VIEWPORT_PASSES],
         default='COMBINED',
     )
+    light: StringProperty(
+        name='Light',
+        description='The light that is shown alone',
+        search=lambda _, context, text: list(lamp_names(context.view_layer.objects)),
+    )
+    light_group: StringProperty(name='Light Group', description='The light group that is shown alone')
 
 
 # Those that others refer to come first.

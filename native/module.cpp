@@ -526,6 +526,8 @@ NB_MODULE(cotorra_native, m) {
            "that\n"
            "there are stay. Raises ValueError where the scene has no BVH for the CPU.")
       .def("cancel", &Session::cancel, "Asks the threads to stop; what was rendered stays.")
+      .def("resume", &Session::resume, nb::call_guard<nb::gil_scoped_release>(),
+           "After `cancel`: goes on with the samples that are missing, to the same bits.")
       .def("progress", &Session::progress, "0 to 1.")
       .def("samples_done", &Session::samples_done, "Samples that every pixel has behind it.")
       .def(

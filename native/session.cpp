@@ -258,6 +258,22 @@ void Session::stop() {
   threads_.clear();
 }
 
+void Session::resume() {
+  stop();
+  if (error_) {
+    try {
+      std::rethrow_exception(error_);
+    } catch (const Cancelled &) {
+      error_ = nullptr;  // a graphics card had not built what it traces rays by
+    } catch (...) {
+      return;  // `wait` throws it
+    }
+  }
+  next_work_ = 0;
+  cancel_ = false;
+  start();
+}
+
 void Session::use_embree() {
   if (scene_->bvh() == nullptr) {
     throw std::invalid_argument("settings.device is CPU, but the scene has no BVH for it (build_bvh)");

@@ -96,6 +96,8 @@ class Session {
   // stay.
   void continue_on_cpu();
   void cancel() { cancel_.store(true, std::memory_order_relaxed); }
+  // After `cancel`: goes on with the samples that are missing, to the same bits.
+  void resume();
   double progress() const;
   std::uint32_t samples_done() const;
   void read(const std::string &pass, std::span<float> out);

@@ -6,7 +6,13 @@ For a test without cases the fixture `device` (conftest.py) is enough.
 
 from __future__ import annotations
 
+import cotorra_native
 import pytest
+
+counts_bad_samples = pytest.mark.skipif(
+    not any('numerical health' in names for _, names in cotorra_native.kernels()),
+    reason='this build has no kernels that count bad samples (COTORRA_FEATURE_SETS without health)',
+)
 
 
 def on_both(names: str, cases: list[tuple], vulkan: list[tuple]) -> pytest.MarkDecorator:

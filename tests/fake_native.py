@@ -114,6 +114,11 @@ class Session:
     def cancel(self):
         self._stop.set()
 
+    def resume(self):
+        self._thread.join()
+        self._prepare()
+        self.start()
+
     def progress(self):
         return self._samples / self.settings.samples
 

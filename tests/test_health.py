@@ -10,20 +10,17 @@ import json
 from pathlib import Path
 
 import bpy
-import cotorra_native
 import numpy as np
 import pytest
 from cotorra import health, stats
 
+from devices import counts_bad_samples
 from render_calls import read_exr, render_to, run_cli
 from scenes import build
 
 pytestmark = [
     pytest.mark.usefixtures('engine'),
-    pytest.mark.skipif(
-        not any('numerical health' in names for _, names in cotorra_native.kernels()),
-        reason='this build has no kernels that count bad samples (COTORRA_FEATURE_SETS without health)',
-    ),
+    counts_bad_samples,
 ]
 
 SAMPLES = 16

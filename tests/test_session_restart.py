@@ -74,6 +74,26 @@ def test_a_session_at_work_is_stopped_by_it(restarts: bool) -> None:
     assert (picture(session, view) == picture(module.Session(built, view, BASE), view)).all()
 
 
+@on_both('adaptive', [(False,), (True,)], [(False,)])
+def test_a_cancelled_session_goes_on_to_the_same_bits(device: str, adaptive: bool) -> None:
+    built, module = made(device), native.load()
+    view = camera(1.0, 64, 2.0)
+    settings = replace(BASE, samples=64, device=device, adaptive=adaptive)
+    expected = picture(module.Session(built, view, settings), view)
+    session = module.Session(built, view, settings, restarts=True)
+    session.start()
+    stops = 0
+    while not session.wait(0.005) and stops < 20:
+        session.cancel()
+        stops += session.progress() < 1.0
+        session.resume()
+    assert stops, 'it was stopped while it worked'
+    assert session.wait(120.0) and session.progress() == 1.0
+    out = np.zeros_like(expected)
+    session.read('combined', out)
+    assert (out == expected).all()
+
+
 def test_what_is_wrong_is_named() -> None:
     session = native.load().Session(made('CPU'), camera(1.0, 8), BASE, restarts=True)
     with pytest.raises(ValueError, match='settings.samples = 0'):

@@ -7,6 +7,7 @@ Stand-ins take what would be drawn; what Blender's own window does is tried by s
 from __future__ import annotations
 
 import threading
+import time
 from dataclasses import replace
 from pathlib import Path
 from types import ModuleType, SimpleNamespace
@@ -21,6 +22,7 @@ from cotorra.log import Log
 from cotorra.ui import warnings_panel
 from cotorra.viewport.viewport import Viewport
 
+from devices import counts_bad_samples
 from scenes import build
 from scenes.depsgraphs import exported, exported_camera
 from viewports import SIZE, Window, space
@@ -121,6 +123,47 @@ def test_another_pass_is_shown(window: Window, shown: str, native_pass: str) -> 
     assert expected.any()
     np.testing.assert_allclose(found[..., :3], expected, atol=1e-3)
     assert (found[..., 3] == 1.0).all()
+
+
+@pytest.mark.parametrize(('shown', 'native_pass'), [('LIGHT', 'light:1'), ('LIGHT_GROUP', 'lightgroup:1')])
+def test_one_light_is_shown_alone(window: Window, shown: str, native_pass: str) -> None:
+    """As final renders have it in a pass: there, numbers go by the names of all lamps or groups."""
+    scene, layer = bpy.context.scene, bpy.context.view_layer
+    other = build.link(scene, 'Blue', bpy.data.lights.new('Blue', 'POINT'))
+    other.location, other.data.energy, other.data.color = (-0.7, 0.0, 2.0), 300.0, (0.1, 0.2, 1.0)
+    for name in ('Blue', 'Point'):
+        layer.lightgroups.add(name=name)
+        bpy.data.objects[name].lightgroup = name
+    layer.update()
+    window.space = space(shown, alone='Point')
+    window.update()
+    window.settle()
+    found = window.pictures[-1][0][..., :3]
+    layer.cotorra.use_pass_lights = True
+    np.testing.assert_allclose(found, final(scene, native_pass), atol=1e-3)
+    both = final(scene)[..., :3]
+    assert 0.1 < found.max() < both.max() and found[..., 2].mean() < 0.9 * both[..., 2].mean()
+
+    window.space = space(shown, alone='Gone')
+    window.settle()
+    assert 'Gone' in window.engine.words[-1][0]
+    window.space = space(shown)
+    window.settle()
+    assert 'No light' in window.engine.words[-1][0]
+    np.testing.assert_allclose(window.pictures[-1][0][..., :3], both, atol=1e-3)
+
+
+@counts_bad_samples
+def test_bad_samples_are_shown(window: Window) -> None:
+    """A lamp below 0 gives them."""
+    window.space = space('HEALTH')
+    bpy.data.lights['Point'].energy = -200.0
+    bpy.context.view_layer.update()
+    window.update()
+    window.settle()
+    found = window.pictures[-1][0]
+    np.testing.assert_allclose(found[..., :3], final(bpy.context.scene, 'health'), atol=1e-3)
+    assert found[..., 1].max() > 0.0
 
 
 def test_a_transparent_film_has_holes(window: Window) -> None:
@@ -235,6 +278,30 @@ def test_threads_end_with_the_engine(window: Window) -> None:
     window.viewport = None
     assert session.wait(0.0)
     window.viewport = Viewport(window.engine)
+
+
+def test_an_update_that_changes_nothing_costs_no_samples(window: Window) -> None:
+    """What is selected, Blender tells too. Rays stop meanwhile, and go on."""
+    bpy.context.scene.cycles.preview_samples = 0
+
+    def samples(at_least: int) -> int:
+        end = time.perf_counter() + 60.0
+        while (found := window.viewport._progression.figures()[0]) < at_least or window.viewport._progression.coarse:
+            assert time.perf_counter() < end, f'{found} samples'
+            window.draw()
+        return found
+
+    window.update()
+    window.draw()
+    before = samples(SAMPLES)
+    session = window.viewport._progression._session
+    held: list[bool] = []
+    hold = window.viewport._progression.hold
+    window.viewport._progression.hold = lambda: (hold(), held.append(window.viewport._progression._held))
+    window.update()
+    assert held == [True] and not window.viewport._progression._held
+    samples(before + 1)
+    assert window.viewport._progression._session is session
 
 
 def test_where_nothing_takes_the_noise_out_it_is_told(window: Window, monkeypatch: pytest.MonkeyPatch) -> None:

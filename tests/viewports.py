@@ -31,11 +31,13 @@ def looking_through(camera: bpy.types.Object, size: tuple[int, int], zoom: float
     return SimpleNamespace(**(found | changes))
 
 
-def space(render_pass: str = 'COMBINED', lights: bool = True, **changes: Any) -> bpy.types.SpaceView3D:
+def space(render_pass: str = 'COMBINED', lights: bool = True, alone: str = '', **changes: Any) -> bpy.types.SpaceView3D:
     """The 3D viewport of the file's screen: it is there without a window, too."""
     spaces = (area.spaces.active for screen in bpy.data.screens for area in screen.areas)
     found = next(space for space in spaces if space.type == 'VIEW_3D')
-    found.shading.cotorra.render_pass, found.shading.use_scene_lights_render = render_pass, lights
+    shading = found.shading
+    shading.cotorra.render_pass, shading.use_scene_lights_render = render_pass, lights
+    shading.cotorra.light = shading.cotorra.light_group = alone
     for name, value in ({'use_render_border': False} | changes).items():
         setattr(found, name, value)
     return found

@@ -14,6 +14,7 @@ import bpy
 import numpy as np
 
 from .. import cycles_settings
+from ..lamps import lone_lamp
 from ..log import Log
 from ..sync.kept import Kept
 from . import camera, instance_info, instances, layers, lights, linking, materials, shapes, studio, world
@@ -141,7 +142,7 @@ def _export(
         instances=objects,
         materials=surfaces,
         material_slots=slots,
-        lights=lights.light_arrays(lamps, walk.transforms[shining], lamp_of, view_layer),
+        lights=lights.light_arrays(lamps, walk.transforms[shining], lamp_of, view_layer, lone_lamp(space)),
         world=background,
         light_groups=tuple(light_groups),
         uv_layers=needed.uv_layers,

@@ -110,8 +110,10 @@ def _area(light: bpy.types.AreaLight, size: float, warn: bounds.Warn) -> dict[st
     }
 
 
-def light_arrays(lamps: list[Lamp], transforms: F32, lamp_of: I32, view_layer: bpy.types.ViewLayer) -> Lights:
-    """One light for each transform (N, 3, 4), with the properties of its lamp."""
+def light_arrays(
+    lamps: list[Lamp], transforms: F32, lamp_of: I32, view_layer: bpy.types.ViewLayer, alone: str | None = None
+) -> Lights:
+    """One light for each transform (N, 3, 4), with the properties of its lamp. alone: the one that 'light:0' shows."""
 
     def column(name: str, dtype: type, *shape: int) -> np.ndarray:
         values = np.array([getattr(lamp, name) for lamp in lamps], dtype).reshape(len(lamps), *shape)
@@ -136,15 +138,17 @@ def light_arrays(lamps: list[Lamp], transforms: F32, lamp_of: I32, view_layer: b
         visibility=column('visibility', np.uint32),
         light_group=column('light_group', np.int32),
         names=tuple(lamps[index].name for index in lamp_of),
-        pass_index=_pass_indices([lamps[index].name for index in lamp_of], view_layer),
+        pass_index=_pass_indices([lamps[index].name for index in lamp_of], view_layer, alone),
         shader=column('shader', np.int32),
         **area_arrays,
         **beam_arrays([lamps[index].beam for index in lamp_of]),
     )
 
 
-def _pass_indices(names: list[str], view_layer: bpy.types.ViewLayer) -> I32 | None:
-    """The pass that shows each lamp alone, where the view layer asks for such passes."""
+def _pass_indices(names: list[str], view_layer: bpy.types.ViewLayer, alone: str | None) -> I32 | None:
+    """The pass that shows each lamp alone, where the view layer asks for such passes, or a viewport for one."""
+    if alone is not None and names:
+        return np.array([-(name != alone) for name in names], np.int32)
     pass_of, numbers = pass_names(view_layer), pass_numbers(view_layer)
     if not pass_of or not names:
         return None

@@ -9,7 +9,7 @@ from __future__ import annotations
 import bpy
 
 from .. import cycles_settings, settings, stats
-from ..choices import ENGINE
+from ..choices import ENGINE, LIGHT_GROUP_PASS, LIGHT_PASS
 from .panel import CotorraPanel, setting, split_layout
 
 
@@ -71,7 +71,12 @@ class COTORRA_VIEW3D_PT_shading_pass(bpy.types.Panel):
         return context.engine == ENGINE and context.space_data.shading.type == 'RENDERED'
 
     def draw(self, context):
-        self.layout.prop(context.space_data.shading.cotorra, 'render_pass', text='')
+        own = context.space_data.shading.cotorra
+        self.layout.prop(own, 'render_pass', text='')
+        if own.render_pass == LIGHT_PASS:
+            self.layout.prop(own, 'light', text='', icon='LIGHT')
+        elif own.render_pass == LIGHT_GROUP_PASS:
+            self.layout.prop_search(own, 'light_group', context.view_layer, 'lightgroups', text='')
 
 
 CLASSES = (

@@ -11,21 +11,21 @@ from dataclasses import replace
 import bpy
 
 from .. import cycles_settings, settings
-from ..choices import SAMPLES_MAX, VIEWPORT_PASSES
+from ..choices import LIGHT_GROUP_PASS, LIGHT_PASS, SAMPLES_MAX, VIEWPORT_PASSES
 from ..denoise import Denoising
 from ..export.buffers import RenderSettings
+from ..lamps import lone_lamp
 from ..log import Log
 
-COMBINED = 'COMBINED'
+COMBINED = 'combined'
 NATIVE_PASSES = {identifier: native for identifier, native, *_ in VIEWPORT_PASSES}
 
 
 def render_settings(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer, shown: str, log: Log) -> RenderSettings:
-    """For the viewport. scene and view_layer are the evaluated ones; shown: one of choices.VIEWPORT_PASSES."""
-    native = NATIVE_PASSES[shown]
+    """For the viewport. scene and view_layer are the evaluated ones; shown: the native pass."""
     how = denoising(scene, shown)
     features = () if how is None else how.features()
-    found = settings.render_settings(scene, view_layer, tuple(dict.fromkeys(('combined', native, *features))), log)
+    found = settings.render_settings(scene, view_layer, tuple(dict.fromkeys((COMBINED, shown, *features))), log)
     return replace(
         found,
         # As in Cycles, 0 goes on for as long as one looks.
@@ -51,9 +51,21 @@ def denoising_start(scene: bpy.types.Scene) -> int:
     return cycles_settings.inherited(scene, 'preview_denoising_start_sample')
 
 
-def shown_pass(space: bpy.types.SpaceView3D) -> str:
-    """Identifier of the pass that a 3D viewport shows."""
-    return space.shading.cotorra.render_pass
+def shown_pass(space: bpy.types.SpaceView3D, view_layer: bpy.types.ViewLayer) -> tuple[str, str]:
+    """The native pass that a 3D viewport shows, and why that is Combined where another is wanted."""
+    own = space.shading.cotorra
+    if own.render_pass == LIGHT_PASS:
+        alone = lone_lamp(space)
+        if alone is None:
+            return COMBINED, 'No light is chosen'
+        return 'light:0', '' if alone in view_layer.objects else f'There is no light "{alone}"'
+    if own.render_pass == LIGHT_GROUP_PASS:
+        index = view_layer.lightgroups.find(own.light_group)
+        if index < 0:
+            name = own.light_group
+            return COMBINED, f'There is no light group "{name}"' if name else 'No light group is chosen'
+        return f'lightgroup:{index}', ''
+    return NATIVE_PASSES[own.render_pass], ''
 
 
 def paused(scene: bpy.types.Scene) -> bool:

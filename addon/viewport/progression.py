@@ -53,6 +53,7 @@ class Progression:
         self._session: Any = None  # one after the other is restarted: what is on a graphics card stays there
         self._of: Any = None  # the scene that it is of
         self._working = False
+        self._held = False
         self._divisors: list[int] = []  # of the sessions that are still to come
         self._divisor = 1
         self._shown_samples = 0
@@ -85,9 +86,21 @@ class Progression:
         self._divisors = [*self._coarse(camera, finest), finest]
         self._open()
 
+    def hold(self) -> None:
+        """Leave the processor to others until `resume`; what there is stays. Threads are not waited for."""
+        if self._working and not self._held:
+            self._session.cancel()
+            self._held = True
+
+    def resume(self) -> None:
+        if self._held:
+            self._session.resume()
+            self._held = False
+
     def stop(self) -> None:
         """End the session at work, and wait for its threads while the interpreter is free."""
         working, self._working, self._divisors = self._working, False, []
+        self._held = False
         if working:
             self._session.cancel()
             while not _ended(self._session):
@@ -103,13 +116,13 @@ class Progression:
 
     def wait(self, seconds: float) -> None:
         """Wait for the pass with large pixels, where that is the one at work."""
-        if self._working and self._divisors:
+        if self._working and self._divisors and not self._held:
             self._session.wait(seconds)
 
     def take(self) -> Picture | None:
         """A picture that is newer than the one that was taken last, if there is one. Raises what a thread raised."""
         session = self._session
-        if not self._working:
+        if not self._working or self._held:
             return None
         ended = session.wait(0.0)
         samples = session.samples_done()
@@ -132,7 +145,7 @@ class Progression:
     def has_news(self) -> bool:
         """Whether `take` would return a picture, or go on to the next session."""
         session = self._session
-        if not self._working:
+        if not self._working or self._held:
             return False
         if session.wait(0.0):
             return True

@@ -19,6 +19,7 @@ from .. import export, native, settings, stats, watch
 from ..denoise import Denoising
 from ..export.buffers import Camera, RenderSettings, SceneBuffers
 from ..export.studio import read_studio
+from ..lamps import lone_lamp
 from ..log import Log, spelled
 from ..reporter import duration
 from ..sync import changes, stores
@@ -62,6 +63,7 @@ class Viewport:
         self._rested = 0.0
         self._lost: tuple[tuple, str] | None = None  # a graphics card that failed, and what is said of it
         self._told = ''  # the failure whose traceback was printed last
+        self._note = ''  # why what is shown is not what was chosen
         self.message = ''
         self.closed = False
 
@@ -124,6 +126,8 @@ class Viewport:
 
     def _update(self, context: bpy.types.Context, depsgraph: bpy.types.Depsgraph) -> None:
         module = native.load()
+        if self._progression is not None:
+            self._progression.hold()  # of what was before: it would only delay what comes now
         self.message = ''
         self._exported = _filters(context.space_data)
         log = Log()
@@ -133,7 +137,7 @@ class Viewport:
         store = self._store
         store.kept.note(depsgraph.updates)
         buffers = export.export_scene(depsgraph, scene, layer, log, context.space_data, store.kept)
-        found = self._wanted(scene, layer, preview.shown_pass(context.space_data), log)
+        found = self._wanted(scene, layer, preview.shown_pass(context.space_data, layer)[0], log)
         settings.warn_left_out(scene, layer, log)
         stats.note_viewport(id(self), depsgraph.scene.name, log.texts('WARNING'))
         errors = log.texts('ERROR')
@@ -144,6 +148,8 @@ class Viewport:
         self._buffers, self._how, same_how = buffers, how, how == self._how
         if known is not None and same_how and changes.equal(known, buffers):
             self._buffers = known
+            if self._build is None and self._progression is not None:
+                self._progression.resume()
             return  # what it is built of stands
         if self._build is not None:
             self._build.cancel()
@@ -197,7 +203,7 @@ class Viewport:
         camera = view.read_view(scene, space, context.region_data, size, camera_object, log)
         if camera is None:
             raise ViewportError('; '.join(log.texts('ERROR')))
-        shown = preview.shown_pass(space)
+        shown, self._note = preview.shown_pass(space, layer)
         wanted = self._wanted(scene, layer, shown, log)
         if wanted.device == 'CPU' and not self._traceable:
             return  # another is being built
@@ -230,9 +236,7 @@ class Viewport:
         self._began, self._rested = time.perf_counter(), 0.0
         self.message = ''
         features = () if how is None else how.features()
-        self._progression.restart(
-            self._scene, camera, wanted, preview.NATIVE_PASSES[shown], finest, features, start if features else 0
-        )
+        self._progression.restart(self._scene, camera, wanted, shown, finest, features, start if features else 0)
 
     def _show(self, picture: Picture | None, size: tuple[int, int]) -> None:
         """The newest picture: a clean one, from the first of these on."""
@@ -249,7 +253,7 @@ class Viewport:
             self._load(clean, size)
 
     def _load(self, picture: Picture, size: tuple[int, int]) -> None:
-        native_pass = preview.NATIVE_PASSES[self._shown[1]]
+        native_pass = self._shown[1]
         pixels = picture.pixels.copy() if self._denoising is not None else picture.pixels
         if native_pass == 'sample_count':
             pixels[..., :3] /= max(picture.samples, 1)
@@ -275,7 +279,7 @@ class Viewport:
         total = self._settings.samples
         elapsed = time.perf_counter() - self._began
         lost = self._lost is not None and self._settings.device == 'CPU'
-        notes = [self._lost[1]] if lost else []
+        notes = [note for note in (self._note, self._lost[1] if lost else '') if note]
         if self._denoiser.error and self._denoising is not None:
             notes.append(f'Not denoised: {self._denoiser.error}')
         if not progression.working:
@@ -323,7 +327,7 @@ def _card(settings: RenderSettings) -> tuple:
 def _filters(space: bpy.types.SpaceView3D) -> tuple:
     """What decides what a viewport shows, beside the scene."""
     local = space.local_view is not None, space.use_local_collections
-    return *local, space.shading.use_scene_lights_render, read_studio(space)
+    return *local, space.shading.use_scene_lights_render, read_studio(space), lone_lamp(space)
 
 
 def _of_device(failure: Exception) -> bool:
