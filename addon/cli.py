@@ -95,7 +95,7 @@ def parser() -> argparse.ArgumentParser:
     line.add_argument(
         '--denoise',
         action=argparse.BooleanOptionalAction,
-        help='take the noise out with OpenImageDenoise (default: as the file says, demos: no)',
+        help='take the noise out with OpenImageDenoise (default: as the file says, demos: yes)',
     )
     line.add_argument(
         '--reweight',

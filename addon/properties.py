@@ -361,7 +361,9 @@ class CotorraSceneSettings(bpy.types.PropertyGroup):
     refractive_caustics: switch('Refractive', 'Light that glass throws onto rough surfaces', True)
 
     # Denoising
-    use_denoising: switch('Denoise', 'Take the noise out of the picture with OpenImageDenoise, once it is rendered')
+    use_denoising: switch(
+        'Denoise', 'Take the noise out of the picture with OpenImageDenoise, once it is rendered', True
+    )
     denoising_inputs: EnumProperty(
         name='Passes',
         description='What tells noise from detail',

@@ -229,7 +229,7 @@ OTHER = {
     'light_threshold': 0.25,
     'reflective_caustics': False,
     'refractive_caustics': False,
-    'use_denoising': None,
+    'use_denoising': False,
     'denoising_inputs': 'RGB',
     'denoising_prefilter': 'FAST',
     'denoising_quality': 'BALANCED',
