@@ -420,7 +420,7 @@ def test_names_of_passes_are_unique_and_known_to_the_border():
     entries = (*passes.PASSES, *passes.OWN_PASSES, *passes.DENOISING_PASSES)
     names = [entry.name for entry in entries]
     assert len(set(names)) == len(names)
-    natives = {entry.native for entry in entries} | {'combined', 'sample_count'}
+    natives = {entry.native for entry in entries} | {'combined', 'unweighted', 'sample_count'}
     assert natives == set(passes.NATIVE_CHANNELS)
     for entry in entries:
         assert passes.NATIVE_CHANNELS[entry.native] == len(entry.channels)

@@ -155,7 +155,7 @@ def test_the_plain_mean_is_a_pass_and_the_change_is_told(tmp_path, monkeypatch) 
     build.camera(made)
     made.render.engine = 'COTORRA'
     made.render.resolution_x, made.render.resolution_y = 16, 8
-    made.cotorra.settings_from, made.cotorra.samples = 'COTORRA', 2
+    made.cotorra.settings_from, made.cotorra.samples, made.cotorra.use_denoising = 'COTORRA', 2, False
     read = final_render.passes.read
 
     def darker(session, result, native):
