@@ -23,46 +23,56 @@ constexpr float kAllowance = 0.5f;
 
 constexpr std::size_t kCascades = BRIGHT_CASCADES;
 
-// What the tiles hold of the whole picture. `cascades` has room for the bright pixels alone, which few are: number
-// `place[i]` of them is pixel i, 0 stands for none.
-struct Gathered {
-  std::vector<std::array<BrightSum, kCascades>> cascades{1};
-  std::vector<std::uint32_t> place;
-  std::vector<float> samples;
+using Cascades = std::array<BrightSum, kCascades>;
+using Weights = std::array<float, kCascades>;
+
+// A pixel that has bright samples.
+struct Bright {
+  std::size_t pixel;  // of the picture, row by row
+  float samples;
+  Cascades cascades;
 };
 
-// Sums over each pixel and those of its eight neighbours that there are.
-std::vector<float> around(const std::vector<float> &values, std::size_t width, std::size_t height) {
-  std::vector<float> rows(values);
-  for (std::size_t y = 0; y < height; ++y) {
-    const float *const from = values.data() + y * width;
-    float *const row = rows.data() + y * width;
-    for (std::size_t x = 1; x < width; ++x) row[x] += from[x - 1];
-    for (std::size_t x = 0; x + 1 < width; ++x) row[x] += from[x + 1];
-  }
-  std::vector<float> sums(rows);
-  for (std::size_t i = width; i < sums.size(); ++i) sums[i] += rows[i - width];
-  for (std::size_t i = 0; i + width < sums.size(); ++i) sums[i] += rows[i + width];
-  return sums;
-}
+// Those of a picture, which few pixels are. place[pixel]: where one stands in `list`, whose first is nobody.
+struct Gathered {
+  std::vector<Bright> list{1};
+  std::vector<std::uint32_t> place;
+};
 
 Gathered gather(std::span<FilmTile> tiles, std::size_t width, std::size_t height) {
   Gathered all;
   all.place.assign(width * height, 0);
-  all.samples.assign(width * height, 0.0f);
   for (FilmTile &tile : tiles) {
     const std::lock_guard lock(tile.mutex);
     const auto w = static_cast<std::size_t>(tile.width);
     for (std::size_t i = 0; i < tile.pixels.size(); ++i) {
-      const std::size_t x = static_cast<std::size_t>(tile.x0) + i % w, y = static_cast<std::size_t>(tile.y0) + i / w;
-      all.samples[y * width + x] = static_cast<float>(tile.samples_of(i));
       const BrightSum *const sums = tile.bright.data() + i * kCascades;
       if (!(sums[0].count > 0.0f)) continue;  // the darkest counts all that are in the others
-      all.place[y * width + x] = static_cast<std::uint32_t>(all.cascades.size());
-      std::copy_n(sums, kCascades, all.cascades.emplace_back().begin());
+      const std::size_t x = static_cast<std::size_t>(tile.x0) + i % w, y = static_cast<std::size_t>(tile.y0) + i / w;
+      all.place[y * width + x] = static_cast<std::uint32_t>(all.list.size());
+      Bright &bright = all.list.emplace_back();
+      bright.pixel = y * width + x;
+      bright.samples = std::max(static_cast<float>(tile.samples_of(i)), 1.0f);
+      std::copy_n(sums, kCascades, bright.cascades.begin());
     }
   }
   return all;
+}
+
+// Calls visit(pixel) for a pixel and those of its eight neighbours that there are.
+template <class Visit>
+void around(std::size_t pixel, std::size_t width, std::size_t height, Visit visit) {
+  const std::size_t x = pixel % width, y = pixel / width;
+  for (std::size_t v = y > 0 ? y - 1 : 0; v < std::min(y + 2, height); ++v) {
+    for (std::size_t u = x > 0 ? x - 1 : 0; u < std::min(x + 2, width); ++u) visit(v * width + u);
+  }
+}
+
+// What is held back of a pixel's mean.
+vec3 held_light(const Bright &bright, const Weights &weights) {
+  vec3 light(0.0f);
+  for (std::size_t c = 0; c < kCascades; ++c) light += bright.cascades[c].light * (1.0f - weights[c]);
+  return light * (1.0f / bright.samples);
 }
 
 }  // namespace
@@ -70,50 +80,45 @@ Gathered gather(std::span<FilmTile> tiles, std::size_t width, std::size_t height
 void reweight(std::span<FilmTile> tiles, int width, int height, float strength, std::span<float> combined) {
   const auto w = static_cast<std::size_t>(width), h = static_cast<std::size_t>(height);
   const Gathered all = gather(tiles, w, h);
-  if (all.cascades.size() == 1) return;
-  const std::size_t n = w * h;
-  const auto cascades = [&](std::size_t i) -> const auto & { return all.cascades[all.place[i]]; };
+  const std::size_t n = all.list.size();
 
   // What is certain: cascades that have support.
-  std::vector<std::array<float, kCascades>> weights(all.cascades.size());
-  std::vector<float> counts(n);
-  for (std::size_t c = 0; c < kCascades; ++c) {
-    for (std::size_t i = 0; i < n; ++i) counts[i] = cascades(i)[c].count;
-    const std::vector<float> support = around(counts, w, h);
-    for (std::size_t i = 0; i < n; ++i) {
-      if (all.place[i] == 0) continue;
-      const float needed = std::min(kSupport, all.samples[i]);
-      weights[all.place[i]][c] = needed > 1.0f ? std::clamp((support[i] - 1.0f) / (needed - 1.0f), 0.0f, 1.0f) : 1.0f;
+  std::vector<Weights> weights(n);
+  std::vector<vec3> held(n, vec3(0.0f));
+  for (std::size_t k = 1; k < n; ++k) {
+    const Bright &bright = all.list[k];
+    Weights support{};
+    around(bright.pixel, w, h, [&](std::size_t i) {
+      for (std::size_t c = 0; c < kCascades; ++c) support[c] += all.list[all.place[i]].cascades[c].count;
+    });
+    const float needed = std::min(kSupport, bright.samples);
+    for (std::size_t c = 0; c < kCascades; ++c) {
+      weights[k][c] = needed > 1.0f ? std::clamp((support[c] - 1.0f) / (needed - 1.0f), 0.0f, 1.0f) : 1.0f;
     }
-  }
-  const auto held = [&](std::size_t i) {
-    vec3 light(0.0f);
-    if (all.place[i] == 0) return light;
-    for (std::size_t c = 0; c < kCascades; ++c) light += cascades(i)[c].light * (1.0f - weights[all.place[i]][c]);
-    return light * (1.0f / std::max(all.samples[i], 1.0f));
-  };
-  std::vector<float> certain(n);
-  for (std::size_t i = 0; i < n; ++i) {
-    certain[i] = brightness(vec3(combined[4 * i], combined[4 * i + 1], combined[4 * i + 2]) - held(i));
+    held[k] = held_light(bright, weights[k]);
   }
 
   // What is not may add a little to it.
-  const std::vector<float> surroundings = around(certain, w, h);
-  for (std::size_t i = 0; i < n; ++i) {
-    if (all.place[i] == 0) continue;
-    const std::size_t x = i % w, y = i / w;
-    const std::size_t columns = std::min(x + 2, w) - (x > 0 ? x - 1 : 0);
-    const std::size_t rows = std::min(y + 2, h) - (y > 0 ? y - 1 : 0);
-    const float allowed = kAllowance / strength * surroundings[i] / static_cast<float>(columns * rows);
+  for (std::size_t k = 1; k < n; ++k) {
+    const Bright &bright = all.list[k];
+    float sum = 0.0f, count = 0.0f;
+    around(bright.pixel, w, h, [&](std::size_t i) {
+      const vec3 mean(combined[4 * i], combined[4 * i + 1], combined[4 * i + 2]);
+      sum += brightness(mean - held[all.place[i]]);
+      count += 1.0f;
+    });
+    const float allowed = kAllowance / strength * sum / count;
     for (std::size_t c = 0; c < kCascades; ++c) {
-      const float adds = brightness(cascades(i)[c].light) / std::max(all.samples[i], 1.0f);
-      float &weight = weights[all.place[i]][c];
-      if (adds > 0.0f) weight = std::max(weight, std::min(allowed / adds, 1.0f));
+      const float adds = brightness(bright.cascades[c].light) / bright.samples;
+      if (adds > 0.0f) weights[k][c] = std::max(weights[k][c], std::min(allowed / adds, 1.0f));
     }
-    const vec3 light = held(i);
-    combined[4 * i] -= light.x;
-    combined[4 * i + 1] -= light.y;
-    combined[4 * i + 2] -= light.z;
+  }
+  for (std::size_t k = 1; k < n; ++k) {
+    const vec3 light = held_light(all.list[k], weights[k]);
+    float *const pixel = combined.data() + 4 * all.list[k].pixel;
+    pixel[0] -= light.x;
+    pixel[1] -= light.y;
+    pixel[2] -= light.z;
   }
 }
 
