@@ -193,8 +193,12 @@ def test_what_shines_is_seen_from_the_middle():
 
 @pytest.mark.long
 def test_the_stated_interval_holds_the_whole_pictures_difference():
-    """Of 100 pilots of box_room, each with seeds and a grid of pixels of its own, 92 % should hold (measured once: 185
-    of 200); three deviations of that count are 8 %."""
+    """Of 100 pilots of box_room, each with seeds and a grid of pixels of its own, 95 % should hold (measured once: 113
+    of 120, and 114 with 64 x 36 pixels of 4 samples); three deviations of that count are 7 %.
+
+    The difference is a share of the whole picture's mean, as AUTO has it from what lies between its pixels: that of the
+    pilot's own pixels varies by itself, and 106 of 120 intervals held by it.
+    """
     module = native.load()
     scene = demos.build('box_room')
     buffers, _ = exported(scene)
@@ -203,6 +207,7 @@ def test_the_stated_interval_holds_the_whole_pictures_difference():
     built = module.Scene(buffers, threads=2, embree=native.embree_library())
     settings = (RenderSettings(threads=2), RenderSettings(threads=2, diffuse_bounces=2))
     truth = converged(module, built, camera, settings, 64).value
+    mean = float(pilot.Pilot(module, built, camera, lambda: None).render(settings[0], 256, [7005]).pictures.mean())
     small, chance, held = pilot.small_camera(camera, 43, 24), np.random.default_rng(1), 0
     left, right, bottom, top = small.window
     trial = pilot.Pilot(module, built, camera, lambda: None)
@@ -211,9 +216,9 @@ def test_the_stated_interval_holds_the_whole_pictures_difference():
         moved = replace(small, window=(left + across, right + across, bottom + up, top + up))
         seeds = chance.integers(0, 2**32, 4).tolist()
         a, b = (trial.render(entry, 8, seeds, camera=moved).pictures for entry in settings)
-        found = paired_difference(a, b, float(a.mean()))
+        found = paired_difference(a, b, mean)
         held += found.low <= truth <= found.high
-    assert held >= 92 - 8
+    assert held >= 95 - 7
 
 
 def test_a_short_render_has_no_pilot():
