@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Images to arrays, in the depth of their files: from files, packed files, generated images, frames of sequences.
+"""Images to arrays, in the depth of their files: from files, packed files, generated images, sequences and movies.
 
 An image that cannot be read is None and a message: what is shown instead is told in addon/shader/nodes_texture.py.
 """
@@ -22,9 +22,11 @@ from ..log import Log
 from . import image_files
 from .buffers import Image
 from .image_files import ImageError
+from .movies import Frame, pixels_of, read_frame
 from .pixels import REC709, Coding, convert_colors, prepare
 
 POLL_SECONDS = 0.05
+ANIMATED = frozenset(('SEQUENCE', 'MOVIE'))  # sources of which each frame of the scene may show another picture
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,6 +53,8 @@ class ImageTable:
     uses: set[str] = field(default_factory=set)  # sources of the images that were asked for; whoever reads it clears it
     _by_user: dict[tuple, Loaded | str] = field(default_factory=dict)
     _by_content: dict[tuple, Loaded | str] = field(default_factory=dict)
+    _frames: set[tuple] = field(default_factory=set)  # contents that are frames of sequences and movies
+    _shown: set[tuple] = field(default_factory=set)  # those that this export asked for
     _pending: list[tuple[tuple, int, Future]] = field(default_factory=list)
     _notes: list[str] = field(default_factory=list)
 
@@ -59,7 +63,7 @@ class ImageTable:
         if image is None:
             return 'no image is chosen'
         self.uses.add(image.source)
-        frame = sequence_frame(user, self.frame) if image.source == 'SEQUENCE' else 0
+        frame = sequence_frame(user, self.frame) if image.source in ANIMATED else 0
         key = (image, frame, tile)
         if key not in self._by_user:
             self.log.checkpoint()
@@ -131,17 +135,19 @@ class ImageTable:
     def for_next(self, log: Log, frame: int, executor: Executor | None = None) -> ImageTable:
         """The table for another export: this one, where images keep their numbers; else one with those of files.
 
-        Blender's own pixels may be painted on without a word.
+        Blender's own pixels may be painted on without a word; frames that are not shown any more would pile up.
         """
-        if any(key[0] == 'blender' for key in self._by_content):
-            table = ImageTable(log, frame, executor, self.failed)
+        stale = {key for key in self._by_content if key[0] == 'blender'} | (self._frames - self._shown)
+        if stale:
+            table = ImageTable(log, frame, executor, self.failed, _frames=self._frames & self._shown)
             for key, found in self._by_content.items():
-                if key[0] != 'blender':
+                if key not in stale:
                     table.images.append(self.images[found.index])
                     table._by_content[key] = replace(found, index=len(table.images) - 1)
             return table
         self.log, self.frame, self.executor = log, frame, executor
         self._by_user.clear()  # its keys are Blender's objects
+        self._shown.clear()
         return self
 
     @cached_property
@@ -151,12 +157,17 @@ class ImageTable:
 
     def _load(self, image: bpy.types.Image, frame: int, tile: int) -> Loaded | str:
         settings = image.colorspace_settings
+        if not settings.name:  # of a movie that Blender has not opened yet, which asking for the size makes it do
+            _ = image.size[0]
         coding = Coding(settings.name, settings.is_data, image.alpha_mode)
         try:
             key, source = self._source(image, frame, tile)
             key = (*key, coding)
             if source is None and image.is_float:
                 coding = replace(coding, space='scene_linear')  # as Blender holds all floats, whatever their file says
+            if image.source in ANIMATED:
+                self._frames.add(key)
+                self._shown.add(key)
             if key not in self._by_content:
                 if key in self.failed:
                     raise ImageError(self.failed[key])
@@ -167,14 +178,18 @@ class ImageTable:
 
     def _source(
         self, image: bpy.types.Image, frame: int, tile: int
-    ) -> tuple[tuple, Callable[[], image_files.OpenImage] | None]:
+    ) -> tuple[tuple, Callable[[], image_files.OpenImage | Frame] | None]:
         """What tells contents apart, and what opens the file; None where the pixels are Blender's own.
 
         Blender's own copy counts where it was painted on or made in Blender, and where it is packed and no bytes.
         """
         if image.source == 'MOVIE':
-            self.log.warning(f'Image "{image.name}": movies are not supported yet: one frame is shown')
-        elif image.source == 'TILED' and tile == 0:
+            path, deinterlace = image_path(image), image.use_deinterlace
+            if not os.path.isfile(path):
+                raise ImageError(f'has no file at "{image.filepath}"')
+            key = ('movie', path, os.path.getmtime(path), frame, deinterlace)
+            return key, lambda: read_frame(path, frame, deinterlace)
+        if image.source == 'TILED' and tile == 0:
             self.log.warning(f'Image "{image.name}": UDIM tiles are not supported yet: the first is shown')
         if (is_blenders(image) or not image_files.available()) and tile in (0, first_tile(image)):
             return ('blender', image), None
@@ -199,14 +214,14 @@ class ImageTable:
         key: tuple,
         name: str,
         image: bpy.types.Image | None,
-        source: Callable[[], image_files.OpenImage] | None,
+        source: Callable[[], image_files.OpenImage | Frame] | None,
         coding: Coding,
     ) -> Loaded:
         """A place in the table, which its pixels fill at once or in `finish`."""
         target = self.working_space
         config = color_config()
         if source is None:
-            pixels = _read_blender(image)
+            pixels = pixels_of(image)
             channels = pixels.shape[2]
             self.images.append(None)
             self._put(-1, prepare(name, pixels, coding, target, config))
@@ -245,7 +260,7 @@ def color_config() -> str:
 
 
 def sequence_frame(user: bpy.types.ImageUser, frame: int) -> int:
-    """The number in the file name that frame `frame` of the scene shows, as Blender counts."""
+    """The number in the file name or in the movie that frame `frame` of the scene shows, as Blender counts."""
     count = user.frame_duration
     if count == 0:
         return 0
@@ -257,7 +272,7 @@ def sequence_frame(user: bpy.types.ImageUser, frame: int) -> int:
 
 def is_blenders(image: bpy.types.Image) -> bool:
     """Whether Blender's copy is the image: it was made or changed in Blender, and no file shows it."""
-    return image.source in ('GENERATED', 'MOVIE') or (image.source != 'SEQUENCE' and image.is_dirty)
+    return image.source == 'GENERATED' or (image.source != 'SEQUENCE' and image.is_dirty)
 
 
 def first_tile(image: bpy.types.Image) -> int:
@@ -281,18 +296,3 @@ def image_path(image: bpy.types.Image, frame: int = 0, tile: int = 0) -> str:
         return path
     head, digits, tail = found.groups()
     return os.path.join(folder, f'{head}{frame:0{len(digits)}d}{tail}')
-
-
-def _read_blender(image: bpy.types.Image) -> NDArray:
-    """Generated images and movies: the pixels that Blender holds, whose bytes it hands out divided by 255.
-
-    (H, W, C), C from 1 to 4, the lowest row first.
-    """
-    width, height = image.size
-    count = width * height * image.channels
-    if count == 0 or len(image.pixels) != count:
-        raise ImageError('has no pixels')
-    pixels = np.empty(count, np.float32)
-    image.pixels.foreach_get(pixels)
-    pixels = pixels.reshape(height, width, image.channels)
-    return pixels if image.is_float else np.rint(pixels * 255.0).astype(np.uint8)

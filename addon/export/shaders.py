@@ -16,7 +16,7 @@ from ..log import Log
 from ..sync.kept import Kept, KeptShader
 from .attributes import view_layer_value
 from .buffers import Shader
-from .images import ImageTable
+from .images import ANIMATED, ImageTable
 from .nodes import Trees
 
 
@@ -70,7 +70,7 @@ class ShaderTable:
         draft = shader.shaders_of(owner, self.trees.of(warn), found, warn)
         uses = self.images.uses
         read = KeptShader(draft, found.suns, distance, bool(uses), tuple(self.log.messages[mark:]))
-        if not asked and 'SEQUENCE' not in uses:
+        if not asked and not ANIMATED & uses:
             self.kept.keep_shader(owner, read)
         return read
 
