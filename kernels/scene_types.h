@@ -470,7 +470,7 @@ RECORD(SceneData) {
   float sharp_roughness;  // Principled: from here on bounces leave lamps to light sampling
   uint seed;  // of the random numbers of programs
   uint light_linking;  // 1: there are light_links
-  uint unused;
+  float camera_near;  // metres along the viewing axis behind which the camera's rays begin
 };
 
 #ifdef __cplusplus

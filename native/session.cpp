@@ -91,6 +91,7 @@ void see_from(const CameraData &c, const CameraInput &in, SceneData &scene) {
                          1.0f / (in.window[3] - in.window[2])};
   scene.camera_orthographic = in.orthographic ? 1u : 0u;
   scene.camera_spread = 0.5f * (std::abs(c.pixel_width) + std::abs(c.pixel_height));
+  scene.camera_near = c.clip_start;
 }
 
 PassSelection select_passes(const SettingsInput &settings, std::uint32_t light_groups) {

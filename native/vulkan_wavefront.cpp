@@ -232,6 +232,7 @@ void WavefrontOnCard::look_again() {
   data_of_scene_.camera_window = now.camera_window;
   data_of_scene_.camera_orthographic = now.camera_orthographic;
   data_of_scene_.camera_spread = now.camera_spread;
+  data_of_scene_.camera_near = now.camera_near;
   data_of_scene_.seed = now.seed;
   describe_job();
 }

@@ -32,7 +32,7 @@ def add_textures(scene: Scene, rng: np.random.Generator, corners: int, vertices:
     images, texels = _images(rng)
     scene.arrays['textures'], scene.nested['textures'] = images, texels
     scene.data['texture_count'], scene.data['uv_layer_count'] = len(images), 2
-    scene.data['camera_spread'] = 0.001
+    scene.data['camera_spread'], scene.data['camera_near'] = 0.001, 0.125
 
     programs = np.zeros(len(scene.arrays['materials']), dtype_of('MaterialProgram'))
     for part in ('surface', 'emission', 'transparency'):

@@ -86,8 +86,10 @@ FN vec3 path_meet_light(IN(SceneData) scene, uint index, IN(PathState) path, vec
   if (path.bounce > 0u && !shared_work) return vec3(0.0f);
   if (FEATURE(FEATURE_LIGHT_SHAPES)) radiance *= scene_light_shape(scene, index, light, origin, direction);
   if ((light.flags & LIGHT_PROGRAM) != 0u) {
-    const float t = path.passed + light_distance(light, origin, direction);
-    radiance *= path_light_program(scene, index, light, path, origin - direction * path.passed, direction, t);
+    const bool first = path.bounce == 0u && path.transparent_bounces == 0u;
+    const float begin = first ? camera_start(scene, -direction) : -path.passed;
+    const float t = max(light_distance(light, origin, direction) - begin, 0.0f);
+    radiance *= path_light_program(scene, index, light, path, origin + direction * begin, direction, t);
   }
   float found_pdf;
   const vec3 throughput = found_throughput(scene, path, light.visibility, found_pdf);

@@ -30,6 +30,13 @@ FN vec3 window_coordinates(IN(SceneData) scene, IN(ShaderPoint) at) {
               (c.y * inverse - scene.camera_window.y) * scene.camera_window.w, 0.0f);
 }
 
+// Where a ray of the camera begins, metres from it: at the near clip, from which Cycles counts its length.
+FN float camera_start(IN(SceneData) scene, vec3 wo) {
+  if (scene.camera_orthographic != 0u) return scene.camera_near;
+  const float c = -object_space_vector(scene.camera_space, wo).z;
+  return c > 1e-6f ? scene.camera_near / c : 0.0f;
+}
+
 // ---- Spaces, as Vector Transform numbers them
 
 const uint SPACE_WORLD = 0u;
@@ -79,7 +86,7 @@ FN vec3 object_transform(IN(SceneData) scene, IN(ShaderPoint) at, uint mode, vec
 // ---- The path
 
 // Outputs of the Light Path node, in its order.
-FN float light_path(IN(ShaderPoint) at, uint output_number) {
+FN float light_path(IN(SceneData) scene, IN(ShaderPoint) at, uint output_number) {
   const uint kind = at.ray_kind;
   uint bits = 0u;
   if (output_number == 0u) bits = kind & VISIBLE_CAMERA;
@@ -91,7 +98,10 @@ FN float light_path(IN(ShaderPoint) at, uint output_number) {
   if (output_number == 6u) bits = kind & VISIBLE_TRANSMISSION;
   if (output_number == 7u) bits = kind & VISIBLE_VOLUME;
   if (output_number < 8u) return select(bits != 0u, 1.0f, 0.0f);
-  if (output_number == 8u) return at.t;
+  if (output_number == 8u) {
+    const bool first = (kind & VISIBLE_CAMERA) != 0u && at.transparent_bounces == 0u && at.t < INFINITE_DISTANCE;
+    return first ? max(at.t - camera_start(scene, at.wo), 0.0f) : at.t;
+  }
   uint count = 0u;
   if (output_number == 9u) count = at.bounce;
   if (output_number == 10u) count = at.diffuse_bounces;
@@ -122,13 +132,22 @@ const uint NORMAL_MAP_DIRECTX = 8u;  // of the mode: green points down
 
 // ---- Edges
 
+// Metres that a pixel is wide, as a viewer sees its two sides lie on the surface: their mean.
+FN float pixel_width(IN(ShaderPoint) at) {
+  vec3 dx;
+  vec3 dy;
+  point_differentials(at, dx, dy);
+  return 0.5f * (length(dx - at.wo * dot(dx, at.wo)) + length(dy - at.wo * dot(dy, at.wo)));
+}
+
 // 1 within `size` metres of an edge of the triangle, half of it on either side; of pixels where `mode` says so.
 FN float wireframe(IN(SceneData) scene, IN(ShaderPoint) at, uint mode, float size) {
   if (at.instance == INVALID_ID) return 0.0f;
   const Instance instance = LOAD(scene.instances, at.instance);
   Mesh mesh = LOAD(scene.meshes, instance.mesh);
   const uvec3 id = LOAD(mesh.triangles, at.triangle);
-  const float width = 0.5f * size * select((mode & 1u) != 0u, at.footprint, 1.0f);
+  const float unit = (mode & 1u) != 0u ? pixel_width(at) : 1.0f;
+  const float width = 0.5f * abs(size) * unit;
   vec3 before = triangle_corner(scene, instance, id.z);
   float found = 0.0f;
   for (uint k = 0u; k < 3u; ++k) {
@@ -211,7 +230,7 @@ FN vec3 program_point(IN(SceneData) scene, IN(ShaderPoint) at, uint op, uint mod
   if (op == OP_INCOMING) return at.wo;
   if (op == OP_BACKFACING) return vec3(at.side < 0.0f ? 1.0f : 0.0f);
   if (op == OP_OBJECT_INFO_V || op == OP_OBJECT_INFO_F) return object_info(scene, at, op, mode);
-  if (op == OP_LIGHT_PATH) return vec3(light_path(at, mode));
+  if (op == OP_LIGHT_PATH) return vec3(light_path(scene, at, mode));
   if (op == OP_CAMERA_Z) return vec3(camera_space(scene, at).z);
   if (op == OP_CAMERA_DISTANCE) return vec3(length(camera_space(scene, at)));
   if (op == OP_WIREFRAME) return vec3(wireframe(scene, at, mode, a.v[0]));
