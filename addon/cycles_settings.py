@@ -186,7 +186,6 @@ GROUPS = {
     ),
     'Object': Group(
         read='visible_camera visible_diffuse visible_glossy visible_transmission visible_volume_scatter visible_shadow '
-        'visible_raycast '
         'is_holdout is_shadow_catcher lightgroup pass_index shadow_terminator_geometry_offset matrix_world',
         named=(
             Named(
@@ -196,6 +195,7 @@ GROUPS = {
             ),
         ),
         idle={
+            'Cycles 5.2.3 does not ask it: its Raycast node meets what any other ray does': 'visible_raycast',
             'in the matrix': 'location rotation_* scale delta_* dimensions matrix_* parent_* use_camera_lock_parent '
             'use_parent_final_indices track_axis up_axis instance_* use_instance_*',
             'in the depsgraph': 'hide_render hide_viewport show_instancer_* add_rest_position_attribute '

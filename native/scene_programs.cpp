@@ -383,7 +383,13 @@ void Scene::estimate_emission(const MaterialsInput &in) {
       for (const float z : {1.0f, -1.0f}) {
         Surface s;
         surface_from_hit(data_, hit, vec3(0.0f, 0.0f, z), s);
-        const vec3 e = material_emission(data_, m, materials_[m], shader_point(s, s.ng, 1.0f));
+        vec3 x, y;
+        orthonormal_basis(s.ng, x, y);
+        const vec2 u = sampler_pair(static_cast<uint>(p), 0x29c3u + triangle);
+        ShaderPoint at = shader_point(s, to_world(cosine_hemisphere_from_square(u), x, y, s.ng), 1.0f);
+        at.ray_kind = 0;  // as light samples ask
+        at.bounce = 1;
+        const vec3 e = material_emission(data_, m, materials_[m], at);
         for (std::size_t c = 0; c < 3; ++c) sum[m][c] += std::max(static_cast<double>((&e.x)[c]), 0.0);
         sum[m][3] += 1.0;
       }
@@ -394,7 +400,16 @@ void Scene::estimate_emission(const MaterialsInput &in) {
     const double n = std::max(sum[m][3], 1.0);
     materials_[m].emission =
         vec3(static_cast<float>(sum[m][0] / n), static_cast<float>(sum[m][1] / n), static_cast<float>(sum[m][2] / n));
-    set_emission_flags(materials_[m], in.emission_sampling[m]);
+    const CompiledShader &shader = compiled(m);
+    // There is no camera yet that could tell.
+    if (uses(shader, {OP_WINDOW, OP_CAMERA_POSITION, OP_CAMERA_Z, OP_CAMERA_DISTANCE, OP_OBJECT_TRANSFORM}) &&
+        !carries_light(materials_[m].emission)) {
+      materials_[m].emission = vec3(1.0f);
+    }
+    // Light samples trace no rays for programs: they would see another surface than the camera and the rays that find
+    // it do. Cycles takes them nevertheless, as if all were open, and mixes both in shares that its light tree makes.
+    const bool traces = (shader.emission_needs.groups & GROUP_RAYS) != 0u;
+    set_emission_flags(materials_[m], traces ? 0u : in.emission_sampling[m]);
     // It may emit where nobody looked: rays find it there.
     materials_[m].flags |= MATERIAL_EMISSIVE;
   }

@@ -155,7 +155,8 @@ NORMALS = [
     Case(
         'emitters_textured',
         'PathState path; path_begin(1u, path);'
-        'radiance = emitter_radiance(scene, path, LOAD(scene.emitters, index), vec2(0.5f * u, 0.5f * v), wo, 1.0f);',
+        'Surface s; s.t = 2.0f; const vec2 b = vec2(0.5f * u, 0.5f * v);'
+        'radiance = emitter_radiance(scene, path, s, wo, LOAD(scene.emitters, index), b, wo, 1.0f);',
         {'index': ('uint', integers(7)), 'u': UNIT, 'v': UNIT, 'wo': WO},
         {'radiance': 'vec3'},
         STEPS,

@@ -233,9 +233,13 @@ ROOFS: dict[str, Surface] = {
     'transparent depth lets through': see_through(path_says('Transparent Depth')),
     'depth emits': bright(path_says('Ray Depth')),
     'camera rays see it emit': bright(path_says('Is Camera Ray')),
+    'diffuse rays see it emit': bright(path_says('Is Diffuse Ray')),
     'occlusion emits': bright(occlusion()),
+    'dark corners emit': bright(occlusion(inside=True)),
     'takes light away': dimmed(noise),
 }
+# What Cycles' light samples see otherwise than its rays do: its picture with rays alone is compared.
+BY_RAYS = frozenset(('diffuse rays see it emit', 'occlusion emits', 'dark corners emit'))
 
 
 def scene_of(surface: Surface) -> bpy.types.Scene:
@@ -276,9 +280,12 @@ def picture(scene: bpy.types.Scene, engine: str, folder: Path, samples: int = SA
     return in_halves(scene, engine, folder, BOUNCES, SIZE, samples)
 
 
-def assert_as_cycles(scene: bpy.types.Scene, folder: Path) -> None:
+def assert_as_cycles(scene: bpy.types.Scene, folder: Path, by_rays: tuple[bpy.types.Material, ...] = ()) -> None:
+    """by_rays: materials whose emission Cycles shall not sample."""
     ours = picture(scene, 'COTORRA', folder)
     warnings = [text for layer in stats.last(scene.name) for text in layer.warnings]
+    for material in by_rays:
+        material.cycles.emission_sampling = 'NONE'
     theirs = picture(scene, 'CYCLES', folder)
     same = same_image(ours, theirs, LIMIT, TILE)
     told = f'in total {same.total:+.4f} ± {same.total_noise:.4f}, worst tile {same.worst}, noise {same.noise:.4f}'
@@ -302,6 +309,17 @@ def test_a_roof_is_as_cycles_shows_it(name: str, tmp_path: Path) -> None:
     tree = material.node_tree
     tree.nodes.clear()
     tree.links.new(ROOFS[name](tree), node(tree, 'OutputMaterial').inputs['Surface'])
+    assert_as_cycles(scene, tmp_path, (material,) if name in BY_RAYS else ())
+
+
+@pytest.mark.skipif(not hasattr(bpy.types, 'ShaderNodeRaycast'), reason='Blender 4.5 has no Raycast node')
+@pytest.mark.parametrize('seen', ['all but raycast', 'raycast', 'shadow'])
+def test_raycast_nodes_meet_what_any_ray_sees(seen: str, tmp_path: Path) -> None:
+    scene = scene_of(SURFACES['raycast, is hit'])
+    for ray in ('camera', 'diffuse', 'glossy', 'transmission', 'volume_scatter', 'shadow', 'raycast'):
+        setattr(
+            scene.objects['Roof'], f'visible_{ray}', seen == ray or (seen == 'all but raycast' and ray != 'raycast')
+        )
     assert_as_cycles(scene, tmp_path)
 
 

@@ -92,15 +92,15 @@ def walk(depsgraph: bpy.types.Depsgraph, space: bpy.types.SpaceView3D | None = N
 def visibility(group: Group, view_layer: bpy.types.ViewLayer) -> int:
     """VISIBLE_* bits: what both object and instancer allow; 'indirect only' collections are hidden from the camera.
 
-    None where no ray of a path sees it; Raycast nodes alone show nothing, and meet no lamp.
+    Raycast nodes meet every mesh that any ray of a path sees, and no other: what the object's own switch for them says,
+    Cycles 5.2.3 does not ask.
     """
     bits = _own_visibility(group.obj)
     if group.parent != group.obj:
         bits &= _own_visibility(group.parent)
     if group.parent.indirect_only_get(view_layer=view_layer):
         bits &= ~VISIBLE_CAMERA
-    of_paths = bits & ~VISIBLE_RAYCAST
-    return bits if of_paths and not isinstance(group.data, bpy.types.Light) else of_paths
+    return bits | VISIBLE_RAYCAST if bits and not isinstance(group.data, bpy.types.Light) else bits
 
 
 def _own_visibility(obj: bpy.types.Object) -> int:
@@ -111,7 +111,6 @@ def _own_visibility(obj: bpy.types.Object) -> int:
         | obj.visible_transmission * VISIBLE_TRANSMISSION
         | obj.visible_volume_scatter * VISIBLE_VOLUME
         | obj.visible_shadow * VISIBLE_SHADOW
-        | getattr(obj, 'visible_raycast', True) * VISIBLE_RAYCAST
     )
 
 

@@ -108,9 +108,11 @@ FN bool path_sample_light(IN(SceneData) scene, uint index, IN(PathState) path, I
   return sent;
 }
 
-// What an emitting triangle sends out along -wi at barycentric coordinates b, and is not let through there. As in
-// Cycles, it knows the number of bounces and not the kind of ray.
-FN vec3 emitter_radiance(IN(SceneData) scene, IN(PathState) path, IN(Emitter) e, vec2 b, vec3 wi, float distance) {
+// What an emitting triangle sends out along -wi to the surface at barycentric coordinates b, and is not let through
+// there. As in Cycles, it knows the number of bounces and not the kind of ray; it is as wide as a ray from there, so
+// that bumps and edges are those that rays find.
+FN vec3 emitter_radiance(IN(SceneData) scene, IN(PathState) path, IN(Surface) from, vec3 wo, IN(Emitter) e, vec2 b,
+                         vec3 wi, float distance) {
   const Material material = LOAD(scene.materials, e.material);
   const uint varies = MATERIAL_PROGRAM | MATERIAL_TRANSPARENT | MATERIAL_TINTED;
   if (!FEATURE(FEATURE_PROGRAMS | FEATURE_TRANSPARENCY) || (material.flags & varies) == 0u) return material.emission;
@@ -126,6 +128,10 @@ FN vec3 emitter_radiance(IN(SceneData) scene, IN(PathState) path, IN(Emitter) e,
   path_counts(path, at);
   at.ray_kind = 0u;  // no ray came here, says Cycles, but it would be one bounce on
   at.bounce += 1u;
+  at.footprint = path.footprint + scene.camera_spread;
+  if (scene.camera_orthographic == 0u) {
+    at.footprint = path.footprint + path_spread(scene, path, wo) * from.t + scene.camera_spread * distance;
+  }
   const vec3 radiance = material_emission(scene, e.material, material, at);
   if ((material.flags & (MATERIAL_TRANSPARENT | MATERIAL_TINTED)) != MATERIAL_TRANSPARENT) return radiance;
   return radiance * (1.0f - material_transparency(scene, e.material, at).x);
@@ -147,7 +153,7 @@ FN bool path_sample_emitter(IN(SceneData) scene, uint index, IN(PathState) path,
   const float pdf = d * d / (0.5f * twice_area * scale * max(cos_light, 1e-8f));
   float bsdf_pdf;
   const vec3 f = visible_scattering(scene, bsdf, lobe, wo, wi, instance.visibility, bsdf_pdf);
-  const vec3 radiance = emitter_radiance(scene, path, e, b, wi, d);
+  const vec3 radiance = emitter_radiance(scene, path, s, wo, e, b, wi, d);
   ray.contribution = path.throughput * f * radiance * (power_heuristic(pdf, bsdf_pdf) / pdf);
   ray.direction = wi;
   ray.group = instance.light_group;
