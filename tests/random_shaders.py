@@ -104,6 +104,11 @@ class Thicket:
             tree.links.new(shown, mixed.inputs[-2])
             tree.links.new(self.closure(tree), mixed.inputs[-1])
             shown = mixed.outputs[0]
+            if mixed.bl_idname == 'ShaderNodeAddShader':  # no more than arrives: half of it with nothing
+                half = node(tree, 'MixShader')
+                half.inputs[0].default_value = 0.5
+                tree.links.new(shown, half.inputs[1])
+                shown = half.outputs[0]
         return shown
 
     def grow(self, tree: bpy.types.NodeTree, count: int) -> None:
