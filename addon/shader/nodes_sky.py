@@ -19,7 +19,8 @@ from .tree import ADD, DIVIDE, MULTIPLY, SUBTRACT, VECTOR_ADD, VECTOR_MULTIPLY, 
 
 # More numbers of operations of the nodes Math and Vector Math.
 MINIMUM, MAXIMUM, LESS, GREATER, ABSOLUTE = 12, 13, 15, 16, 18
-ARCSINE, ARCCOSINE, ARCTAN2, COSINE, FRACTION, SQUARE_ROOT, SIGN, EXPONENT = 7, 8, 19, 5, 22, 23, 25, 26
+SINE, COSINE, ARCSINE, ARCCOSINE, ARCTAN2 = 4, 5, 7, 8, 19
+FRACTION, SQUARE_ROOT, SIGN, EXPONENT = 22, 23, 25, 26
 VECTOR_DOT, VECTOR_DISTANCE, VECTOR_MAXIMUM = 7, 8, 19
 
 EARTH = 6371000.0  # radius, metres
@@ -144,7 +145,12 @@ def _scattered(node: Node) -> Ref:
         return light
     if node.reader.kind == 'world' and not node.is_fed('Vector') and direction == node.at_point('position'):
         node.reader.scene.suns.append((*sun, size))
-    angle = c.times(c.math(ARCSINE, c.times(c.of_vectors(VECTOR_DISTANCE, direction, node.constant(sun)), 0.5)), 2.0)
+    apart = c.of_vectors(VECTOR_DISTANCE, direction, node.constant(sun))
+    if _is_unit(node):
+        angle = c.times(c.math(ARCSINE, c.times(apart, 0.5)), 2.0)
+    else:
+        opposite = c.of_vectors(VECTOR_DISTANCE, direction, node.constant(tuple(-part for part in sun)))
+        angle = c.times(c.math(ARCTAN2, apart, opposite), 2.0)
     share = c.times(angle, 2.0 / size)
     horizon = math.asin(EARTH / (EARTH + max(altitude, 0.0))) - 0.5 * math.pi
     shown = c.times(c.math(LESS, share, 1.0), c.math(GREATER, up, horizon))
@@ -156,6 +162,20 @@ def _scattered(node: Node) -> Ref:
     disc = c.vector(VECTOR_MAXIMUM, disc, zero)
     disc = node.builder.scale(disc, c.times(c.times(shown, limb), intensity))
     return c.vector(VECTOR_ADD, light, disc)
+
+
+def _is_unit(node: Node) -> bool:
+    """Whether the node is sure to get directions of length 1."""
+    return node.reader.kind == 'world' and not node.is_fed('Vector')
+
+
+def _by_height(c: Calculator, direction: Ref) -> Ref:
+    """The unit vector of a height z that has the azimuth of any vector of that z (Cycles goes through two angles)."""
+    x, y, z = (c.component(direction, axis) for axis in range(3))
+    z = c.math(MAXIMUM, c.math(MINIMUM, z, 1.0), -1.0)
+    flat = c.math(SQUARE_ROOT, c.math(MAXIMUM, c.minus(1.0, c.times(z, z)), 0.0))
+    azimuth = c.math(ARCTAN2, y, x)
+    return c.node.emit('combine', c.times(flat, c.math(COSINE, azimuth)), c.times(flat, c.math(SINE, azimuth)), z)
 
 
 # ---- Preetham, Shirley and Smits 1999.
@@ -198,7 +218,11 @@ def _preetham(node: Node) -> Ref:
     theta = math.acos(min(max(float(sun[2]), -1.0), 1.0))
     scales, numbers = preetham_constants(turbidity, theta)
 
-    direction = c.vector(VECTOR_NORMALIZE, coordinates(node), node.constant(0.0))
+    direction = coordinates(node)
+    if _is_unit(node):
+        direction = c.vector(VECTOR_NORMALIZE, direction, node.constant(0.0))
+    else:
+        direction = _by_height(c, direction)
     cosine = c.of_vectors(VECTOR_DOT, direction, node.constant(tuple(map(float, sun))))
     gamma = c.math(ARCCOSINE, cosine)
     angle = c.math(MINIMUM, c.math(ARCCOSINE, c.component(direction, 2)), LOWEST)
