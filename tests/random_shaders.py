@@ -211,7 +211,9 @@ class Thicket:
                 target.default_value = abs(target.default_value) + 3.0 * (target.name == 'Sides')
                 continue
             if self.found and self.dice.random() < often and not target.hide_value | (target.name == 'Normal'):
-                tree.links.new(self.dice.choice(self.found), target)
+                start = self.dice.choice(self.found)
+                if target.name != 'Orientation':  # of length 0 it makes Cycles' Gabor noise no number
+                    tree.links.new(start, target)
             elif target.hide_value and target.name == 'Vector' and self.dice.random() < 0.5:
                 vectors = [out for out in self.found if out.type == 'VECTOR']
                 if vectors:
