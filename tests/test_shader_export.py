@@ -16,6 +16,7 @@ from cotorra.export import attributes
 from cotorra.export.buffers import SceneBuffers
 from cotorra.log import Log
 
+from beside_cycles import in_halves
 from flat_scenes import Flat, flat, shining, shown
 from scenes import build
 from scenes.depsgraphs import exported
@@ -64,8 +65,6 @@ def given(buffers: SceneBuffers, mesh: object, instance: int) -> dict[str, objec
     if info is not None:
         found['object_info_v'] = info.color[instance][:3]
         found['object_info_f'] = info.random[instance]
-    if buffers.instances.particles is not None:
-        found['particle_f'] = buffers.instances.particles.random[instance]
     return found
 
 
@@ -141,7 +140,7 @@ def test_nothing_is_brought_that_no_shader_asks_for() -> None:
     buffers = exported(bpy.context.scene)
     assert buffers.attribute_layers == ('',) and buffers.instance_layers == ()
     assert buffers.meshes[0].attributes == () and buffers.meshes[0].generated is None
-    assert buffers.instances.info is None and buffers.instances.particles is None
+    assert buffers.instances.info is None and buffers.instances.attributes is None
     assert buffers.instances.attributes is None
 
 
@@ -230,12 +229,39 @@ def test_particles(tmp_path: Path) -> None:
     system.render_type, system.instance_object, system.particle_size = 'OBJECT', made.obj, 1.0
     bpy.context.scene.frame_set(2)
     buffers = exported(bpy.context.scene)
-    found = buffers.instances.particles
-    of_particles = found.lifetime > 0.0
-    assert of_particles.sum() == 3 and sorted(found.index[of_particles]) == [0.0, 1.0, 2.0]
-    assert (found.age[of_particles] == 1.0).all() and not found.random[~of_particles].any()
-    expected = attributes.unit_hash(found.index[of_particles].astype(np.uint32), 0)
-    assert found.random[of_particles].tolist() == expected.tolist()
+    numbers = buffers.instances.attributes[0]
+    of_particles = numbers[:, 3] > 0.0
+    assert of_particles.sum() == 3 and sorted(numbers[of_particles, 0]) == [0.0, 1.0, 2.0]
+    assert (numbers[of_particles, 2] == 1.0).all()
+    expected = attributes.unit_hash(numbers[:, 0].astype(np.uint32), 0)  # what no particle made is number 0, too
+    assert numbers[:, 1].tolist() == expected.tolist()
+
+
+@pytest.mark.every(3)
+@pytest.mark.parametrize(
+    'output',
+    ['Index', 'Random', 'Age', 'Lifetime', 'Size', 'Location', 'Velocity', 'Angular Velocity'],
+)
+def test_particles_are_as_cycles_shows_them(output: str, tmp_path: Path) -> None:
+    """Squares that fall and turn, seen from above, and the one that they are copies of."""
+    made = flat()
+    scene = bpy.context.scene
+    size = made.node('VectorMath', operation='ABSOLUTE')
+    made.link(made.node('ParticleInfo').outputs[output], size.inputs[0])
+    made.link(size.outputs[0], made.emission.inputs['Color'])
+    made.obj.location.x = 20.0
+    emitter = build.mesh_object(scene, 'Emitter', vertices=[(-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0)])
+    emitter.show_instancer_for_render = False
+    settings = emitter.modifiers.new('Particles', 'PARTICLE_SYSTEM').particle_system.settings
+    settings.count, settings.frame_start, settings.frame_end, settings.particle_size = 9, 1, 3, 0.05
+    settings.render_type, settings.instance_object, settings.size_random = 'OBJECT', made.obj, 0.5
+    settings.use_rotations, settings.angular_velocity_mode, settings.angular_velocity_factor = True, 'GLOBAL_Z', 2.0
+    for frame in range(1, 6):
+        scene.frame_set(frame)
+    ours, theirs = (in_halves(scene, engine, tmp_path, 0, (48, 48), 128).image for engine in ('COTORRA', 'CYCLES'))
+    assert theirs.mean() > 0.0
+    means = (image.reshape(4, 12, 4, 12, 3).mean((1, 3)) for image in (ours, theirs))
+    np.testing.assert_allclose(*means, rtol=0.05, atol=0.02 * theirs.mean())
 
 
 # ---- UDIM tiles.

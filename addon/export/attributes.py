@@ -18,6 +18,13 @@ RANDOM_PER_ISLAND = '\x01random_per_island'
 ACTIVE_COLOR = '\x01active_color'
 INSTANCER_UV = '\x01instancer_uv'
 INSTANCER_GENERATED = '\x01instancer_generated'
+# Of the particle that made the instance, four numbers each: index, random, age, lifetime; location, size; velocity;
+# angular velocity.
+PARTICLE_NUMBERS = '\x01particle_numbers'
+PARTICLE_PLACE = '\x01particle_place'
+PARTICLE_VELOCITY = '\x01particle_velocity'
+PARTICLE_SPIN = '\x01particle_spin'
+PARTICLE_LAYERS = (PARTICLE_NUMBERS, PARTICLE_PLACE, PARTICLE_VELOCITY, PARTICLE_SPIN)
 OBJECT_PREFIX = '\x01object:'
 INSTANCER_PREFIX = '\x01instancer:'
 
@@ -37,6 +44,7 @@ TYPES: dict[str, tuple[str, type, int]] = {
     'QUATERNION': ('value', np.float32, 4),
     'INT32_2D': ('value', np.int32, 2),
 }
+OF_INSTANCERS = frozenset((INSTANCER_UV, INSTANCER_GENERATED, *PARTICLE_LAYERS))
 DOMAINS = ('POINT', 'EDGE', 'CORNER', 'FACE')
 
 Rgba = tuple[float, float, float, float]
@@ -55,7 +63,7 @@ def instancer_layer(name: str) -> str:
 
 def is_of_instance(layer: str) -> bool:
     """Whether a layer has one value for each instance; others belong to meshes."""
-    return layer.startswith((OBJECT_PREFIX, INSTANCER_PREFIX)) or layer in (INSTANCER_UV, INSTANCER_GENERATED)
+    return layer.startswith((OBJECT_PREFIX, INSTANCER_PREFIX)) or layer in OF_INSTANCERS
 
 
 # ---- Properties.

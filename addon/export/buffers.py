@@ -125,24 +125,6 @@ class InstanceInfo:
 
 
 @dataclass(frozen=True, slots=True)
-class InstanceParticles:
-    """The particles that made the instances: only there if a shader asks for them; 0 where no particle did.
-
-    index, age, lifetime, size: (I,) float32; ages are frames. random: (I,) float32 0 to 1, as Cycles hashes it.
-    location, velocity, angular_velocity: (I, 3) float32, world space.
-    """
-
-    index: F32
-    random: F32
-    age: F32
-    lifetime: F32
-    size: F32
-    location: F32
-    velocity: F32
-    angular_velocity: F32
-
-
-@dataclass(frozen=True, slots=True)
 class Instances:
     """The objects of the scene, I of them; each shows one mesh.
 
@@ -168,7 +150,6 @@ class Instances:
     terminator: F32
     names: tuple[str, ...] = ()
     info: InstanceInfo | None = None
-    particles: InstanceParticles | None = None
     attributes: F32 | None = None
 
 

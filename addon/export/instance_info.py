@@ -11,8 +11,15 @@ from dataclasses import replace
 import bpy
 import numpy as np
 
-from .attributes import INSTANCER_GENERATED, INSTANCER_UV, instance_value, object_random, unit_hash
-from .buffers import F32, I32, InstanceInfo, InstanceParticles, Instances
+from .attributes import (
+    INSTANCER_GENERATED,
+    INSTANCER_UV,
+    PARTICLE_LAYERS,
+    instance_value,
+    object_random,
+    unit_hash,
+)
+from .buffers import F32, I32, InstanceInfo, Instances
 from .instances import Walk
 from .layers import Layers
 
@@ -20,9 +27,8 @@ from .layers import Layers
 def with_info(objects: Instances, walk: Walk, items: I32, layers: Layers, depsgraph: bpy.types.Depsgraph) -> Instances:
     """The instances with what the shaders ask for. items: (I,) which of the walk's instances they are."""
     info = _object_info(walk, items, depsgraph) if layers.object_info else None
-    particles = _particles(len(walk.group_of), items, depsgraph) if layers.particles else None
     attributes = _attributes(walk, items, layers, depsgraph) if layers.instance_layers else None
-    return replace(objects, info=info, particles=particles, attributes=attributes)
+    return replace(objects, info=info, attributes=attributes)
 
 
 def _object_info(walk: Walk, items: I32, depsgraph: bpy.types.Depsgraph) -> InstanceInfo:
@@ -40,6 +46,8 @@ def _attributes(walk: Walk, items: I32, layers: Layers, depsgraph: bpy.types.Dep
     found = np.zeros((len(layers.instance_layers), len(items), 4), np.float32)
     group_of = walk.group_of[items]
     is_instance = np.array([group.is_instance for group in walk.groups], bool)[group_of]
+    asked = {layers.attribute_layers[index] for index in layers.instance_layers}
+    particles = _particles(depsgraph)[:, items] if asked.intersection(PARTICLE_LAYERS) else None
     for values, index in zip(found, layers.instance_layers, strict=True):
         layer = layers.attribute_layers[index]
         if layer == INSTANCER_UV:
@@ -48,6 +56,8 @@ def _attributes(walk: Walk, items: I32, layers: Layers, depsgraph: bpy.types.Dep
         elif layer == INSTANCER_GENERATED:
             values[:, :3] = (_of_items(depsgraph, 'orco', 3, items) * 0.5 + 0.5) * is_instance[:, None]
             values[:, 3] = 1.0
+        elif layer in PARTICLE_LAYERS:
+            values[:] = particles[PARTICLE_LAYERS.index(layer)]
         else:
             of_groups = [instance_value(layer, group.obj, group.parent) for group in walk.groups]
             values[:] = np.array(of_groups, np.float32).reshape(-1, 4)[group_of]
@@ -60,9 +70,13 @@ def _of_items(depsgraph: bpy.types.Depsgraph, name: str, width: int, items: I32)
     return np.nan_to_num(values)[items]
 
 
-def _particles(count: int, items: I32, depsgraph: bpy.types.Depsgraph) -> InstanceParticles:
-    numbers = np.zeros((count, 5), np.float32)
-    vectors = np.zeros((count, 3, 3), np.float32)
+def _particles(depsgraph: bpy.types.Depsgraph) -> F32:
+    """(4, count, 4): PARTICLE_LAYERS of all instances; ages are frames, all else is of world space.
+
+    What no particle made is particle 0 of no system to Cycles: all is 0 but its random number.
+    """
+    found = np.zeros((4, len(depsgraph.object_instances), 4), np.float32)
+    found[0, :, 1] = _random(0)
     frame = depsgraph.scene.frame_current_final
     for at, item in enumerate(depsgraph.object_instances):
         system = item.particle_system
@@ -72,9 +86,12 @@ def _particles(count: int, items: I32, depsgraph: bpy.types.Depsgraph) -> Instan
         if not 0 <= index < len(system.particles):
             continue
         particle = system.particles[index]
-        random = float(unit_hash(np.array([index], np.uint32), 0)[0])
-        numbers[at] = index, random, frame - particle.birth_time, particle.lifetime, particle.size
-        vectors[at] = particle.location, particle.velocity, particle.angular_velocity
-    numbers, vectors = np.nan_to_num(numbers[items]), np.nan_to_num(vectors[items])
-    columns = [np.ascontiguousarray(numbers[:, column]) for column in range(5)]
-    return InstanceParticles(*columns, *(np.ascontiguousarray(vectors[:, column]) for column in range(3)))
+        found[0, at] = index, _random(index), frame - particle.birth_time, particle.lifetime
+        found[1, at] = *particle.location, particle.size
+        found[2, at, :3], found[3, at, :3] = particle.velocity, particle.angular_velocity
+    return np.nan_to_num(found)
+
+
+def _random(index: int) -> float:
+    """Of a particle, as Cycles hashes its number."""
+    return float(unit_hash(np.array([index], np.uint32), 0)[0])

@@ -44,7 +44,6 @@ class Layers:
 
     aliases: names that mean the active render UV map wherever they are used.
     attribute_layers, instance_layers: see `SceneBuffers`.
-    particles: whether shaders ask for particles.
     """
 
     uv_layers: tuple[str, ...]
@@ -54,7 +53,6 @@ class Layers:
     attribute_layers: tuple[str, ...] = ('',)
     instance_layers: tuple[int, ...] = ()
     object_info: bool = False
-    particles: bool = False
 
     @property
     def key(self) -> tuple:
@@ -76,7 +74,6 @@ class Layers:
 # Ops that read generated coordinates: those themselves, and the tangents that are made of them.
 READ_GENERATED = frozenset(('generated', 'tangent', 'geometry_tangent'))
 READ_OBJECT_INFO = frozenset(('object_info_v', 'object_info_f'))
-READ_PARTICLES = frozenset(('particle_v', 'particle_f'))
 
 
 def plan(shapes: Iterable[Shape], drafts: list[Draft], shader_of: list[int]) -> Layers:
@@ -121,7 +118,6 @@ def plan(shapes: Iterable[Shape], drafts: list[Draft], shader_of: list[int]) -> 
         attribute_layers=(*uv_layers, *of_meshes, *of_instances),
         instance_layers=tuple(range(first, first + len(of_instances))),
         object_info=bool(uses & READ_OBJECT_INFO),
-        particles=bool(uses & READ_PARTICLES),
     )
 
 

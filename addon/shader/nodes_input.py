@@ -12,11 +12,16 @@ from ..export.attributes import (
     ACTIVE_COLOR,
     INSTANCER_GENERATED,
     INSTANCER_UV,
+    PARTICLE_NUMBERS,
+    PARTICLE_PLACE,
+    PARTICLE_SPIN,
+    PARTICLE_VELOCITY,
     POINTINESS,
     RANDOM_PER_ISLAND,
     STANDARD,
     instancer_layer,
     object_layer,
+    unit_hash,
 )
 from .reader import Node, UnreadError, value
 from .tree import VECTOR_DOT, VECTOR_NORMALIZE, VECTOR_REFLECT, VECTOR_SCALE, Ref
@@ -39,8 +44,8 @@ LIGHT_PATH = (
     'Transmission Depth',
     'Portal Depth',
 )
-PARTICLE_F = ('Index', 'Random', 'Age', 'Lifetime', 'Size')
-PARTICLE_V = ('Location', 'Velocity', 'Angular Velocity')
+PARTICLE_V = {'Location': PARTICLE_PLACE, 'Velocity': PARTICLE_VELOCITY, 'Angular Velocity': PARTICLE_SPIN}
+NO_PARTICLE = float(unit_hash(np.zeros(1, np.uint32), 0)[0])  # the random number of what no particle made
 OBJECT_F = ('Alpha', 'Object Index', 'Material Index', 'Random')
 FALLOFF = ('Quadratic', 'Linear', 'Constant')
 VOLUME_ATTRIBUTES = {'Color': 'color', 'Density': 'density', 'Flame': 'flame', 'Temperature': 'temperature'}
@@ -285,9 +290,14 @@ def _object(node: Node, output: str) -> Ref:
 
 @value('ShaderNodeParticleInfo')
 def _particle(node: Node, output: str) -> Ref:
-    if output in PARTICLE_F:
-        return node.emit('particle_f', mode=PARTICLE_F.index(output))
-    return node.emit('particle_v', mode=PARTICLE_V.index(output))
+    if node.reader.kind != 'material':
+        return node.constant(NO_PARTICLE if output == 'Random' else 0.0)
+    if output in PARTICLE_V:
+        return layer_v(node, PARTICLE_V[output])
+    if output in ('Lifetime', 'Size'):
+        return layer_f(node, PARTICLE_NUMBERS if output == 'Lifetime' else PARTICLE_PLACE, 'attribute_alpha')
+    numbers = layer_v(node, PARTICLE_NUMBERS)
+    return node.emit('component', numbers, mode=('Index', 'Random', 'Age').index(output))
 
 
 @value('ShaderNodeLightPath')

@@ -14,7 +14,7 @@ import numpy as np
 from ..export.buffers import INTERPOLATION_CLOSEST, INTERPOLATION_CUBIC
 from .bump import DIRECTX
 from .closures import DISTRIBUTIONS
-from .nodes_input import FALLOFF, LIGHT_PATH, OBJECT_F, PARTICLE_F, PARTICLE_V
+from .nodes_input import FALLOFF, LIGHT_PATH, OBJECT_F
 from .nodes_rays import INSIDE, ONLY_LOCAL, RAYCAST_ONLY_LOCAL, SAMPLES_SHIFT
 from .nodes_texture import GABOR_OUTPUTS, NOISE_TYPES
 from .reader import enum_numbers
@@ -173,8 +173,6 @@ NAMES = {
     'attribute_fac': 'attribute number',
     'object_info_v': 'object',
     'object_info_f': 'object',
-    'particle_f': 'particle',
-    'particle_v': 'particle',
     'ao': 'ambient occlusion',
     'splat': 'three of a number',
     'combine': 'combine XYZ',
@@ -284,8 +282,6 @@ def _raycast(mode: int) -> str:
 MODES: dict[str, Callable[[int], str]] = {
     'object_info_v': _listed('Location', 'Color'),
     'object_info_f': _listed(*OBJECT_F),
-    'particle_f': _listed(*PARTICLE_F),
-    'particle_v': _listed(*PARTICLE_V),
     'light_path': lambda mode: LIGHT_PATH[mode] if mode < len(LIGHT_PATH) else str(mode),
     'tangent': lambda mode: f'radial {"XYZ"[mode]}',
     'normal_map': _normal_map,

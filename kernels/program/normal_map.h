@@ -65,7 +65,7 @@ FN vec3 normal_map(IN(SceneData) scene, IN(ShaderPoint) at, uint space, vec3 col
   vec3 c = color * 2.0f - vec3(1.0f);
   if (space >= NORMAL_BLENDER_OBJECT) c = vec3(c.x, -c.y, -c.z);
   if (space == NORMAL_TANGENT) {
-    return normalize_or(tangent_normal(scene, layer, at, c, max(strength, 0.0f)) * at.side, at.n);
+    return normalize_or(tangent_normal(scene, layer, at, c, strength) * at.side, at.n);
   }
   const vec3 mapped =
       space == NORMAL_OBJECT || space == NORMAL_BLENDER_OBJECT ? normal_to_world(point_frame(scene, at), c) : c;
