@@ -162,7 +162,7 @@ FN bool bvh_meet_triangle(IN(BvhTriangle) triangle, IN(BvhRay) ray, float t_min,
   const float t = dot(v0, n) / along;
   if (!(t > t_min && t < hit.t)) return false;
   const uint instance = select(triangle.instance == INVALID_ID, entered, triangle.instance);
-  if (triangle.triangle == left.y && instance == left.x) return false;
+  if (ray_passes(instance, triangle.triangle, left)) return false;
   hit.t = t;
   hit.u = u / sum;
   hit.v = v / sum;
@@ -254,7 +254,7 @@ FN void bvh_resume(uint base, uint bits, INOUT(BvhWalk) walk) {
   } while (false)
 
 // The nearest hit between t_min and hit.t of what the mask sees, into `hit`; or, with `any`, whether there is one. The
-// ray does not meet triangle left.y of instance left.x.
+// ray does not meet triangle left.y of instance left.x, or with LEFT_ALL_OTHERS other instances.
 FN bool bvh_trace(IN(BvhData) bvh, vec3 origin, vec3 direction, float t_min, uint mask, bool any, uvec2 left,
                   INOUT(Hit) hit) {
   uint bases[BVH_STACK];

@@ -20,6 +20,15 @@ struct Hit {
   uint crossed;    // transparent surfaces on the way
 };
 
+// In the place of a triangle that a ray left: the ray meets the instance alone.
+const uint LEFT_ALL_OTHERS = 0xfffffffeu;
+
+// Is the triangle none that the ray can meet? `left`: instance and triangle that it left.
+FN bool ray_passes(uint instance, uint triangle, uvec2 left) {
+  if (left.y == LEFT_ALL_OTHERS) return instance != left.x;
+  return triangle == left.y && instance == left.x;
+}
+
 // A shading point, world space. Both normals are on the side that the ray came from, after Blender: the smooth normal
 // turns over together with the geometric one.
 struct Surface {

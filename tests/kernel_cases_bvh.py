@@ -112,15 +112,16 @@ CASES = [
         'again.triangle = 0u; again.instance = INVALID_ID;'
         'of_leaf = bvh_meet_leaf(triangle, walk, 0.0f, mask, uvec2(left, 7u), again) ? 1u : 0u;'
         'BvhData none; none.world_root = INVALID_ID; none.top_root = INVALID_ID;'
-        'empty = bvh_trace(none, origin, direction, 0.0f, VISIBLE_ALL, true, uvec2(left, left), hit) ? 1u : 0u;',
+        'empty = bvh_trace(none, origin, direction, 0.0f, VISIBLE_ALL, true, uvec2(left, left), hit) ? 1u : 0u;'
+        'passed = ray_passes(left, 7u, uvec2(3u, left)) ? 1u : 0u;',
         {
             'origin': ('vec3', points(0.5)),
             'direction': ('vec3', directions()),
             'mask': ('uint', integers(128)),
-            'left': ('uint', choices(3, 7, 0xFFFFFFFF)),
+            'left': ('uint', choices(3, 7, 0xFFFFFFFE, 0xFFFFFFFF)),
             **{name: ('vec3', vectors(uniform(-2.0, 2.0))) for name in ('p0', 'p1', 'p2')},
         },
-        {'hit': 'Hit', 'again': 'Hit', 'met': 'uint', 'of_leaf': 'uint', 'empty': 'uint'},
+        {'hit': 'Hit', 'again': 'Hit', 'met': 'uint', 'of_leaf': 'uint', 'empty': 'uint', 'passed': 'uint'},
         ROUNDING,
     ),
 ]

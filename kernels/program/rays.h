@@ -54,14 +54,13 @@ const uint RAY_STEPS = 64u;  // surfaces that a ray passes at most
 
 bool trace(vec3 origin, vec3 direction, float t_min, float t_max, uint visibility, bool any, uvec2 left, out Hit hit);
 
-// Of an object's surface that coincides with another's, the ray may miss the own.
 bool program_trace(SceneData scene, ProgramRay ray, out Hit hit) {
-  const uvec2 none = uvec2(INVALID_ID, INVALID_ID);
+  const bool local = (ray.passes & RAY_ONLY_LOCAL) != 0u;
+  const uvec2 passes = local ? uvec2(ray.instance, LEFT_ALL_OTHERS) : uvec2(INVALID_ID, INVALID_ID);
   for (uint k = 0u; k < RAY_STEPS; ++k) {
-    if (!trace(ray.origin, ray.direction, ray.t_min, ray.t_max, ray.visibility, false, none, hit)) return false;
-    const bool foreign = hit.instance != ray.instance;
-    const bool own = !foreign && hit.triangle == ray.triangle;
-    if (!(foreign && (ray.passes & RAY_ONLY_LOCAL) != 0u) && !(own && (ray.passes & RAY_SKIPS_OWN) != 0u)) return true;
+    if (!trace(ray.origin, ray.direction, ray.t_min, ray.t_max, ray.visibility, false, passes, hit)) return false;
+    const bool own = hit.instance == ray.instance && hit.triangle == ray.triangle;
+    if (!own || (ray.passes & RAY_SKIPS_OWN) == 0u) return true;
     ray.t_min = hit.t;
   }
   return false;

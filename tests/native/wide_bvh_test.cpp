@@ -111,6 +111,8 @@ int main() {
     met += expected.instance != INVALID_ID ? 1 : 0;
     uvec2 left = kNone;
     if (k % 3 == 0 && expected.instance != INVALID_ID) left = uvec2(expected.instance, expected.triangle);
+    // Every seventh meets one instance alone.
+    if (k % 7 == 0) left = uvec2(static_cast<uint>(k) % 3u, LEFT_ALL_OTHERS);
     if (left.x != INVALID_ID) expected = brute_force(meshes, instances, ray, mask, left);
     Hit hit{INFINITE_DISTANCE, 0.0f, 0.0f, 0, INVALID_ID, 0};
     const bool found = bvh_trace(bvh, ray.origin, ray.direction, 0.0f, mask, false, left, hit);

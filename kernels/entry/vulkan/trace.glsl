@@ -22,7 +22,7 @@ float float_after(float t) { return max(uintBitsToFloat(floatBitsToUint(t) + 1u)
 #endif
 
 // The nearest surface beyond t_min and before t_max that a ray of this visibility meets; or, with `any`, some surface.
-// Not the triangle that it left.
+// Not the triangle that it left; see ray_passes.
 bool trace(vec3 origin, vec3 direction, float t_min, float t_max, uint visibility, bool any, uvec2 left, out Hit hit) {
   hit.t = t_max;
   hit.u = 0.0f;
@@ -40,7 +40,7 @@ bool trace(vec3 origin, vec3 direction, float t_min, float t_max, uint visibilit
                      (any ? gl_RayFlagsTerminateOnFirstHitEXT : 0u);
   // Hits at the very start count for a ray that left a triangle, which the hardware may not know: it begins earlier, by
   // 32 times the rounding of its place, since triangles reach farther than that.
-  const float before = asks ? max_component(abs(origin)) * 3.8e-6f + 1e-12f : 0.0f;
+  const float before = asks && left.y != LEFT_ALL_OTHERS ? max_component(abs(origin)) * 3.8e-6f + 1e-12f : 0.0f;
   rayQueryEXT query;
   rayQueryInitializeEXT(query, accelerationStructureEXT(WAVE.acceleration.top), flags,
                         of_sets ? VISIBLE_SHADOW : visibility, origin - direction * before, begin, direction, t_max);
@@ -48,7 +48,7 @@ bool trace(vec3 origin, vec3 direction, float t_min, float t_max, uint visibilit
   while (rayQueryProceedEXT(query)) {
     QUERY_TRIANGLE(triangle, false)
     const bool shadows = !of_sets || (LOAD(SCENE.instances, triangle.x).visibility & visibility) != 0u;
-    if (triangle != left && shadows) rayQueryConfirmIntersectionEXT(query);
+    if (!ray_passes(triangle.x, triangle.y, left) && shadows) rayQueryConfirmIntersectionEXT(query);
   }
   if (rayQueryGetIntersectionTypeEXT(query, true) != gl_RayQueryCommittedIntersectionTriangleEXT) return false;
   QUERY_TRIANGLE(triangle, true)
