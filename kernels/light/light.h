@@ -82,14 +82,15 @@ FN void sun_light_sample(IN(Light) light, vec2 u, OUT(LightSample) s) {
   s.distance = INFINITE_DISTANCE;
   s.pdf = 0.0f;
   s.weight = light.radiance;
-  if (FEATURE(FEATURE_SOFT_LIGHTS) && light.radius > 0.0f) {
-    // For a sun `radius` holds 1 - cos(angle / 2).
+  if (FEATURE(FEATURE_SOFT_LIGHTS)) {
+    // For a sun `radius` holds 1 - cos(angle / 2). Selects, as for point lights: what is 0 here ends on the axis.
     vec3 t;
     vec3 b;
     orthonormal_basis(axis, t, b);
     s.wi = to_world(cone_from_square(u, light.radius), t, b, axis);
-    s.pdf = 1.0f / (2.0f * PI * light.radius);
-    s.weight = light.radiance * (2.0f * PI * light.radius);
+    const float solid = 2.0f * PI * light.radius;
+    s.pdf = select(light.radius > 0.0f, 1.0f / max(solid, 1e-37f), 0.0f);
+    s.weight = light.radiance * select(light.radius > 0.0f, solid, 1.0f);
   }
 }
 
