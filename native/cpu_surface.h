@@ -4,6 +4,7 @@
 #pragma once
 
 #include <algorithm>
+#include <new>
 
 #include "cpu_batch.h"
 #include "cpu_health.h"
@@ -43,13 +44,16 @@ Material lane_material(const Tracer &t, std::size_t lane) {
 }
 
 // The lanes' points; how wide their rays are is left out where no program asks.
+ShaderPoint counted_point(const PathState &path, const Surface &s, vec3 wo) {
+  ShaderPoint at = shader_point(s, wo, s.t);
+  path_counts(path, at);
+  return at;
+}
 ShaderPoint lane_point(const Tracer &t, std::size_t i, bool footprint) {
   const Batch &b = t.batch;
   const Surface &s = b.surface[i];
-  if (footprint) return path_point(*t.job.scene, b.path[i], s, b.shading.wo.get(i), s.t);
-  ShaderPoint at = shader_point(s, b.shading.wo.get(i), s.t);
-  path_counts(b.path[i], at);
-  return at;
+  const vec3 wo = b.shading.wo.get(i);
+  return footprint ? path_point(*t.job.scene, b.path[i], s, wo, s.t) : counted_point(b.path[i], s, wo);
 }
 
 // Runs a part of the materials of those lanes that `part_of` names one for, and calls take(batch, lanes) for all of a
@@ -86,7 +90,9 @@ void run_programs(const Tracer &t, int lanes, PartOf part_of, Take take) {
       const MaterialProgram &program = scene.programs.v[b.surface[i].material];
       p.sorted[count] = static_cast<uint>(i);
       p.constants[count] = program.constants;
-      p.point[count] = lane_point(t, i, (program.flags & PROGRAM_FOOTPRINT) != 0u);
+      // Made in its place: a copy would read what was just written, in larger pieces, and wait for it.
+      ::new (static_cast<void *>(&p.point[count]))
+          ShaderPoint(lane_point(t, i, (program.flags & PROGRAM_FOOTPRINT) != 0u));
     }
     const ProgramBatch batch{&scene, p.point.data(), p.constants.data(), static_cast<int>(count), p.registers.data()};
     COTORRA_PROGRAM_NAME(batch, part.first, part.end);
