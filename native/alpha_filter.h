@@ -21,7 +21,7 @@ template <int kWidth>
 struct AlphaContext {
   embree::QueryContext query;  // comes first: Embree hands a pointer to it on
   const SceneData *scene = nullptr;
-  const std::uint32_t *first_instances = nullptr;
+  const EmbreeGeometry *geometries = nullptr;
   const PathState *paths = nullptr;  // of the packet's rays
   uint block_seed = 0;
   IntegratorData limits{};  // of which the transparent surfaces count that a path may cross, shadow rays included
@@ -43,24 +43,20 @@ T filter_field(const void *records, unsigned int field, const embree::FilterArgu
   return static_cast<const T *>(records)[field * a.count + k];
 }
 constexpr unsigned int kRayDirection = 4, kRayFar = 8, kRayId = 10, kRayFlags = 11;
-constexpr unsigned int kHitU = 3, kHitV = 4, kHitTriangle = 5, kHitGeometry = 6, kHitInstance = 7, kHitPlace = 8;
+constexpr unsigned int kHitNg = 0, kHitU = 3, kHitV = 4, kHitPrimitive = 5, kHitGeometry = 6, kHitInstance = 7,
+                       kHitPlace = 8;
 
-template <int kWidth>
-uint filtered_instance(const AlphaContext<kWidth> &c, const embree::FilterArguments &a, std::size_t k) {
-  const auto array = filter_field<std::uint32_t>(a.hit, kHitInstance, a, k);
-  return array != embree::kInvalidId ? c.first_instances[array] + filter_field<std::uint32_t>(a.hit, kHitPlace, a, k)
-                                     : c.first_instances[filter_field<std::uint32_t>(a.hit, kHitGeometry, a, k)];
-}
-
-template <int kWidth>
-Hit filtered_hit(const AlphaContext<kWidth> &c, const embree::FilterArguments &a, std::size_t k) {
-  Hit hit{};
-  hit.t = filter_field<float>(a.ray, kRayFar, a, k);
-  hit.u = filter_field<float>(a.hit, kHitU, a, k);
-  hit.v = filter_field<float>(a.hit, kHitV, a, k);
-  hit.triangle = filter_field<std::uint32_t>(a.hit, kHitTriangle, a, k);
-  hit.instance = filtered_instance(c, a, k);
-  return hit;
+inline EmbreeHit filtered(const embree::FilterArguments &a, std::size_t k) {
+  const auto id = [&](unsigned int field) { return filter_field<std::uint32_t>(a.hit, field, a, k); };
+  const auto number = [&](unsigned int field) { return filter_field<float>(a.hit, field, a, k); };
+  return {vec3(number(kHitNg), number(kHitNg + 1), number(kHitNg + 2)),
+          filter_field<float>(a.ray, kRayFar, a, k),
+          number(kHitU),
+          number(kHitV),
+          id(kHitPrimitive),
+          id(kHitGeometry),
+          id(kHitInstance),
+          id(kHitPlace)};
 }
 
 vec3 filtered_direction(const embree::FilterArguments &a, std::size_t k) {
@@ -92,33 +88,15 @@ bool crossed_before(AlphaContext<kWidth> &c, std::size_t id, const Hit &at) {
   return false;
 }
 
-// Is this the triangle that the ray left?
-template <int kWidth>
-bool is_left(const AlphaContext<kWidth> &c, const embree::FilterArguments &a, std::size_t k) {
-  const auto id = filter_field<std::uint32_t>(a.ray, kRayId, a, k);
-  return filter_field<std::uint32_t>(a.hit, kHitTriangle, a, k) == c.left_triangle[id] &&
-         filtered_instance(c, a, k) == c.left_instance[id];
-}
-
-// Does any of the hits lie on a triangle of the number that its ray left?
-template <int kCount>
-bool any_left(const int *valid, const std::uint32_t *triangle, const std::uint32_t *left) {
-  std::uint32_t any = 0;
-  for (int k = 0; k < kCount; ++k) any |= triangle[k] == left[k] ? static_cast<std::uint32_t>(valid[k]) : 0u;
-  return any != 0;
-}
-
-// Where nothing lets rays through: the rays still say which triangle they left, as set_left noted it. Embree asks of
-// every hit, nearly all of which are others: the whole packet is compared at once.
+// Where nothing lets rays through: the rays still say which triangle they left, as set_left noted it.
 template <int kWidth>
 void filter_left(const embree::FilterArguments *a) {
-  const auto *const triangle = static_cast<const std::uint32_t *>(a->hit) + kHitTriangle * std::size_t{a->count};
-  const auto *const left = static_cast<const std::uint32_t *>(a->ray) + kRayFlags * std::size_t{a->count};
-  if (a->count == kWidth && !any_left<kWidth>(a->valid, triangle, left)) return;
   const auto &c = *reinterpret_cast<const AlphaContext<kWidth> *>(a->context);
   for (std::size_t k = 0; k < a->count; ++k) {
-    if (a->valid[k] == 0 || triangle[k] != left[k]) continue;
-    if (filtered_instance(c, *a, k) == filter_field<std::uint32_t>(a->ray, kRayId, *a, k)) a->valid[k] = 0;
+    if (a->valid[k] == 0) continue;
+    const EmbreeHit at = filtered(*a, k);
+    if (traced_instance(c.geometries, at) != filter_field<std::uint32_t>(a->ray, kRayId, *a, k)) continue;
+    if (traced_hit(c.geometries, at).triangle == filter_field<std::uint32_t>(a->ray, kRayFlags, *a, k)) a->valid[k] = 0;
   }
 }
 
@@ -128,12 +106,12 @@ void filter_path(const embree::FilterArguments *a) {
   auto &c = *reinterpret_cast<AlphaContext<kWidth> *>(a->context);
   for (std::size_t k = 0; k < a->count; ++k) {
     if (a->valid[k] == 0) continue;
-    if (is_left(c, *a, k)) {
+    const Hit at = traced_hit(c.geometries, filtered(*a, k));
+    const auto id = filter_field<std::uint32_t>(a->ray, kRayId, *a, k);
+    if (at.triangle == c.left_triangle[id] && at.instance == c.left_instance[id]) {
       a->valid[k] = 0;
       continue;
     }
-    const Hit at = filtered_hit(c, *a, k);
-    const auto id = filter_field<std::uint32_t>(a->ray, kRayId, *a, k);
     const PathState &path = c.paths[id];
     if (!lets_through(*c.scene, at, filtered_direction(*a, k), path, c.passed[id], c.block_seed)) continue;
     a->valid[k] = 0;
@@ -149,12 +127,12 @@ void filter_shadow(const embree::FilterArguments *a) {
   auto &c = *reinterpret_cast<AlphaContext<kWidth> *>(a->context);
   for (std::size_t k = 0; k < a->count; ++k) {
     if (a->valid[k] == 0) continue;
-    if (is_left(c, *a, k)) {
+    const Hit at = traced_hit(c.geometries, filtered(*a, k));
+    const auto id = filter_field<std::uint32_t>(a->ray, kRayId, *a, k);
+    if (at.triangle == c.left_triangle[id] && at.instance == c.left_instance[id]) {
       a->valid[k] = 0;
       continue;
     }
-    const Hit at = filtered_hit(c, *a, k);
-    const auto id = filter_field<std::uint32_t>(a->ray, kRayId, *a, k);
     const PathState &path = *c.shadow_paths[id];
     const vec3 share = hit_transparency(*c.scene, at, filtered_direction(*a, k), path, true, c.passed[id]);
     if (max_component(share) > 0.0f && crossed_before(c, id, at)) {

@@ -33,7 +33,7 @@ Alpha *alpha_of(const embree::QueryArguments &arguments) { return reinterpret_ca
 
 void begin_alpha(const RenderJob &job, const IntegratorData &limits, uint block_seed, Alpha &alpha) {
   alpha.scene = job.scene;
-  alpha.first_instances = job.first_instances.data();
+  alpha.geometries = job.geometries.data();
   alpha.block_seed = block_seed;
   alpha.limits = limits;
   alpha.transparency = (job.features & FEATURE_TRANSPARENCY) != 0u;

@@ -13,6 +13,7 @@
 #include "embree.h"
 #include "film.h"
 #include "health.h"
+#include "quads.h"
 
 namespace cotorra {
 
@@ -48,7 +49,7 @@ struct RenderJob {
   PassSelection passes;
   embree::Scene bvh;
   const embree::Api *rtc;
-  std::span<const std::uint32_t> first_instances;  // scene.h
+  std::span<const EmbreeGeometry> geometries;  // of bvh
   std::uint32_t embree_features;
   std::uint32_t features;      // FEATURE_* in use
   std::uint32_t seed;

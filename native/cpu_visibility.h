@@ -70,12 +70,10 @@ class VisibilityQueue {
 
 // What ray k of a packet met; instance is INVALID_ID where it met nothing.
 Hit packet_hit(const RenderJob &job, const embree::RayHit<kWidth> &p, std::size_t k) {
-  Hit hit{p.ray.tfar[k], p.hit.u[k], p.hit.v[k], p.hit.prim_id[k], INVALID_ID, 0u};
-  if (p.hit.geom_id[k] == embree::kInvalidId) return hit;
-  const bool instanced = p.hit.inst_id[k] != embree::kInvalidId;
-  hit.instance =
-      instanced ? job.first_instances[p.hit.inst_id[k]] + p.hit.inst_prim_id[k] : job.first_instances[p.hit.geom_id[k]];
-  return hit;
+  const embree::Hit<kWidth> &h = p.hit;
+  if (h.geom_id[k] == embree::kInvalidId) return {p.ray.tfar[k], 0.0f, 0.0f, INVALID_ID, INVALID_ID, 0u};
+  return traced_hit(job.geometries.data(), {vec3(h.ng_x[k], h.ng_y[k], h.ng_z[k]), p.ray.tfar[k], h.u[k], h.v[k],
+                                            h.prim_id[k], h.geom_id[k], h.inst_id[k], h.inst_prim_id[k]});
 }
 
 vec3 packet_direction(const embree::RayHit<kWidth> &p, std::size_t k) {

@@ -28,9 +28,9 @@ enum DeviceProperty : int {
   kPropertyNativeRay8 = 33,
   kPropertyRayMask = 64,
 };
-enum GeometryType : int { kTriangles = 0, kInstanceArray = 122 };
+enum GeometryType : int { kQuads = 1, kInstanceArray = 122 };
 enum BufferType : int { kIndexBuffer = 0, kVertexBuffer = 1, kTransformBuffer = 23 };
-enum Format : int { kUint = 0x5001, kUint3 = 0x5003, kFloat3 = 0x9003, kFloat4x4ColumnMajor = 0x9244 };
+enum Format : int { kUint = 0x5001, kUint4 = 0x5004, kFloat3 = 0x9003, kFloat4x4ColumnMajor = 0x9244 };
 enum BuildQuality : int { kLow = 0, kMedium = 1, kHigh = 2 };
 enum SceneFlags : int { kSceneCompact = 2, kSceneRobust = 4 };
 enum Error : int { kNone = 0, kOutOfMemory = 4, kUnsupportedCpu = 5, kCancelled = 6 };
@@ -82,7 +82,7 @@ struct QueryArguments {
   float min_width_distance_factor = 0.0f;  // read only by builds of Embree with that option
 };
 
-constexpr std::uint32_t kFeatureTriangle = 1u << 1;
+constexpr std::uint32_t kFeatureQuad = 1u << 2;
 constexpr std::uint32_t kFeatureFilterInArguments = 1u << 24;
 constexpr std::uint32_t kFeatureInstanceArray = 1u << 29;
 

@@ -6,6 +6,7 @@
 #include "every_feature.h"
 
 #include "../kernels/program/rays.h"
+#include "quads.h"
 
 namespace cotorra {
 namespace {
@@ -13,7 +14,7 @@ namespace {
 struct EmbreeTracer : RayTracer {
   const embree::Api *rtc = nullptr;
   embree::Scene bvh = nullptr;
-  const std::uint32_t *first_instances = nullptr;
+  const EmbreeGeometry *geometries = nullptr;
   std::uint32_t features = 0;
 };
 
@@ -24,17 +25,16 @@ struct RayContext {
   const ProgramRay *ray;
 };
 
-// The instance that an Embree hit belongs to.
-uint instance_of(const EmbreeTracer &tracer, const embree::Hit<1> &hit) {
-  if (hit.inst_id[0] == embree::kInvalidId) return tracer.first_instances[hit.geom_id[0]];
-  return tracer.first_instances[hit.inst_id[0]] + hit.inst_prim_id[0];
+Hit hit_of(const EmbreeTracer &tracer, float t, const embree::Hit<1> &h) {
+  return traced_hit(tracer.geometries, {vec3(h.ng_x[0], h.ng_y[0], h.ng_z[0]), t, h.u[0], h.v[0], h.prim_id[0],
+                                        h.geom_id[0], h.inst_id[0], h.inst_prim_id[0]});
 }
 
 void filter_ray(const embree::FilterArguments *a) {
   const auto &c = *reinterpret_cast<const RayContext *>(a->context);
-  const auto &hit = *static_cast<const embree::Hit<1> *>(a->hit);
-  const bool foreign = instance_of(*c.tracer, hit) != c.ray->instance;
-  const bool own = !foreign && hit.prim_id[0] == c.ray->triangle;
+  const Hit hit = hit_of(*c.tracer, 0.0f, *static_cast<const embree::Hit<1> *>(a->hit));
+  const bool foreign = hit.instance != c.ray->instance;
+  const bool own = !foreign && hit.triangle == c.ray->triangle;
   const uint passes = c.ray->passes;
   if ((foreign && (passes & RAY_ONLY_LOCAL) != 0u) || (own && (passes & RAY_SKIPS_OWN) != 0u)) a->valid[0] = 0;
 }
@@ -62,26 +62,21 @@ bool trace_one(const RayTracer &base, const ProgramRay &ray, Hit &hit) {
   r.hit.inst_id[0] = embree::kInvalidId;
   tracer.rtc->intersect1(tracer.bvh, &r, &arguments);
   if (r.hit.geom_id[0] == embree::kInvalidId) return false;
-  hit.t = r.ray.tfar[0];
-  hit.u = r.hit.u[0];
-  hit.v = r.hit.v[0];
-  hit.triangle = r.hit.prim_id[0];
-  hit.instance = instance_of(tracer, r.hit);
-  hit.crossed = 0;
+  hit = hit_of(tracer, r.ray.tfar[0], r.hit);
   return true;
 }
 
 }  // namespace
 
 std::shared_ptr<const RayTracer> make_embree_tracer(const embree::Api &rtc, embree::Scene bvh,
-                                                    const std::uint32_t *first_instances, bool instanced) {
+                                                    const EmbreeGeometry *geometries, bool instanced) {
   auto tracer = std::make_shared<EmbreeTracer>();
   tracer->trace = trace_one;
   tracer->rtc = &rtc;
   tracer->bvh = bvh;
-  tracer->first_instances = first_instances;
+  tracer->geometries = geometries;
   tracer->features =
-      embree::kFeatureTriangle | embree::kFeatureFilterInArguments | (instanced ? embree::kFeatureInstanceArray : 0u);
+      embree::kFeatureQuad | embree::kFeatureFilterInArguments | (instanced ? embree::kFeatureInstanceArray : 0u);
   return tracer;
 }
 

@@ -3,7 +3,6 @@
 // of paths go in packets (cpu_kernel.cpp).
 #pragma once
 
-#include <cstdint>
 #include <memory>
 
 #include "embree.h"
@@ -11,9 +10,10 @@
 namespace cotorra {
 
 struct RayTracer;
+struct EmbreeGeometry;
 
-// first_instances: as in scene.h. All of it must stay as long as the tracer.
+// geometries: as in scene.h. All of it must stay as long as the tracer.
 std::shared_ptr<const RayTracer> make_embree_tracer(const embree::Api &rtc, embree::Scene bvh,
-                                                    const std::uint32_t *first_instances, bool instanced);
+                                                    const EmbreeGeometry *geometries, bool instanced);
 
 }  // namespace cotorra

@@ -17,6 +17,7 @@
 #include "embree.h"
 #include "images.h"
 #include "light_tree.h"
+#include "quads.h"
 #include "scene_models.h"
 #include "world_table.h"
 
@@ -234,8 +235,8 @@ class Scene {
   std::span<const LightProgram> light_programs() const { return light_programs_; }
   static std::span<const float> albedo();
 
-  // Instance that an Embree hit belongs to is first_instances()[top-level geometry] + its place in an instance array.
-  std::span<const uint> first_instances() const { return first_instances_; }
+  // What hits of Embree's are hits of, by geometry of the top-level BVH.
+  std::span<const EmbreeGeometry> geometries() const { return geometries_; }
 
  private:
   void validate(const SceneInput &input) const;
@@ -273,6 +274,7 @@ class Scene {
   void prepare_features();
   void find_coplanar();  // after the features
   void build(const std::atomic<bool> &cancel, const Scene *previous);
+  std::shared_ptr<const std::vector<Quad>> quads_of(std::size_t mesh) const;
   std::shared_ptr<const MeshBvh> taken_over(std::size_t mesh, bool lets_through, bool compact,
                                             const Scene *previous) const;
   void open_device(std::shared_ptr<const embree::Library> library, int threads, const Scene *previous);
@@ -290,7 +292,8 @@ class Scene {
   std::vector<Mesh> meshes_;
   std::vector<bool> coplanar_;  // by mesh: it may have triangles in one plane with others; empty: nobody asks
   std::vector<Instance> instances_;    // grouped by mesh and visibility, so that each group is one instance array
-  std::vector<uint> first_instances_;  // by geometry of the top-level BVH
+  std::vector<std::shared_ptr<const std::vector<Quad>>> quads_;  // by mesh, those of the BVH
+  std::vector<EmbreeGeometry> geometries_;
   std::vector<Material> materials_;
   std::vector<MaterialModel> models_;
   std::vector<ClassicMaterial> classic_;

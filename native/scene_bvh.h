@@ -34,6 +34,7 @@ struct EmbreeDevice {
 struct MeshBvh {
   std::shared_ptr<EmbreeDevice> device;
   std::shared_ptr<const MeshStorage> mesh;
+  std::shared_ptr<const std::vector<Quad>> quads;
   embree::Scene scene = nullptr;
   bool lets_through = false;  // whether each hit is asked about
   bool compact = false;

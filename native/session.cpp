@@ -281,12 +281,12 @@ void Session::use_embree() {
   }
   job_.bvh = scene_->bvh();
   job_.rtc = &scene_->api();
-  job_.first_instances = scene_->first_instances();
-  job_.embree_features = embree::kFeatureTriangle | (scene_->instanced() ? embree::kFeatureInstanceArray : 0u);
+  job_.geometries = scene_->geometries();
+  job_.embree_features = embree::kFeatureQuad | (scene_->instanced() ? embree::kFeatureInstanceArray : 0u);
   if ((job_.features & (FEATURE_TRANSPARENCY | FEATURE_LOBES)) != 0)
     job_.embree_features |= embree::kFeatureFilterInArguments;
   if (((scene_->surface_needs().groups | scene_->emission_needs().groups) & GROUP_RAYS) == 0) return;
-  tracer_ = make_embree_tracer(*job_.rtc, job_.bvh, job_.first_instances.data(), scene_->instanced());
+  tracer_ = make_embree_tracer(*job_.rtc, job_.bvh, job_.geometries.data(), scene_->instanced());
   scene_data_.tracer = {tracer_.get()};
 }
 
