@@ -96,6 +96,7 @@ struct ProgramLanes;
 // The paths of a batch. Lanes are compacted at each vertex: `slot` tells which sample a lane belongs to.
 struct Batch final : Workspace {
   Array<embree::RayHit<kWidth>, kLanes / kWidth> packets;
+  Array<Hit, kLanes> found;  // what the packets met
   Array<PathState, kLanes> path;
   Array<Surface, kLanes> surface;
   HitLanes hit;

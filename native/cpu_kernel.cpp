@@ -106,6 +106,7 @@ class Renderer {
 
   // ---- Stage 3: what the ray met. Lanes that go on are compacted to the front; returns how many.
   int shade(int lanes, uint bounce) {
+    find_hits(tracer_, lanes);
     std::size_t next = 0;
     for (std::size_t i = 0; i < static_cast<std::size_t>(lanes); ++i) {
       const embree::RayHit<kWidth> &p = b_.packets[i / kWidth];
@@ -115,7 +116,7 @@ class Renderer {
       PathState path = b_.path[i];
       const vec3 origin(p.ray.org_x[k], p.ray.org_y[k], p.ray.org_z[k]);
       const vec3 direction = packet_direction(p, k);
-      const Hit hit = packet_hit(job_, p, k);
+      const Hit &hit = b_.found[i];
       if (wants(FEATURE_WHITTED)) absorb(lane, hit.t, path);
       if (FEATURE(FEATURE_HEALTH) && hit.instance == INVALID_ID) {
         note_world_numbers(tracer_, lane.slot, path, direction);

@@ -6,6 +6,12 @@
 #include "cpu_batch.h"
 #include "job_data.h"
 
+#if defined(__GNUC__)
+#define COTORRA_PREFETCH(ADDRESS) __builtin_prefetch(ADDRESS)
+#else
+#define COTORRA_PREFETCH(ADDRESS) static_cast<void>(ADDRESS)
+#endif
+
 namespace cotorra {
 namespace {
 
@@ -95,6 +101,29 @@ void trace_packets(const Tracer &t, embree::RayHit<kWidth> *packets, int rays, b
     for (int k = 0; k < kWidth && first + k < rays; ++k) {
       t.batch.path[static_cast<std::size_t>(first + k)].transparent_bounces +=
           alpha_of(t.arguments)->crossed_by_path[static_cast<std::size_t>(k)];
+    }
+  }
+}
+
+// What the rays of all lanes met. Triangles lie anywhere in memory, and a lane alone would wait for its own: in loops
+// as short as these the processor fetches those of many at once.
+void find_hits(const Tracer &t, int lanes) {
+  Batch &b = t.batch;
+  const SceneData &scene = *t.job.scene;
+  const auto mesh_of = [&](const Hit &hit) { return scene.meshes.v + scene.instances.v[hit.instance].mesh; };
+  for (std::size_t i = 0; i < static_cast<std::size_t>(lanes); ++i) {
+    const Hit hit = packet_hit(t.job, b.packets[i / kWidth], i % kWidth);
+    b.found[i] = hit;
+    if (hit.instance != INVALID_ID) COTORRA_PREFETCH(mesh_of(hit)->triangles.v + hit.triangle);
+  }
+  for (std::size_t i = 0; i < static_cast<std::size_t>(lanes); ++i) {
+    const Hit &hit = b.found[i];
+    if (hit.instance == INVALID_ID) continue;
+    const Mesh &mesh = *mesh_of(hit);
+    const uvec3 id = mesh.triangles.v[hit.triangle];
+    for (const uint vertex : {id.x, id.y, id.z}) {
+      COTORRA_PREFETCH(mesh.positions.v + vertex);
+      if ((mesh.flags & MESH_SMOOTH_VERTEX) != 0u) COTORRA_PREFETCH(mesh.normals.v + vertex);
     }
   }
 }
