@@ -28,9 +28,15 @@ FN bool material_varies(IN(Material) material) {
   return FEATURE(FEATURE_PROGRAMS) && PROGRAM_GROUP(GROUP_PROGRAM) && (material.flags & MATERIAL_PROGRAM) != 0u;
 }
 
-// What the material emits at a point. Material.emission of an emission that varies is its mean, which only says how
-// often light sampling picks the triangle.
+// Is the side dark from which the point is seen?
+FN bool material_is_dark(IN(Material) material, float side) {
+  return (material.flags & select(side < 0.0f, MATERIAL_BACK_DARK, MATERIAL_FRONT_DARK)) != 0u;
+}
+
+// What the material emits at a point. Material.emission of an emission that varies is its mean over the sides that
+// are not dark, which only says how often light sampling picks the triangle.
 FN vec3 material_emission(IN(SceneData) scene, uint index, IN(Material) material, IN(ShaderPoint) at) {
+  if (material_is_dark(material, at.side)) return vec3(0.0f);
   if (PROGRAM_GROUP(GROUP_EMISSIONS) && material_varies(material)) {
     const MaterialProgram program = LOAD(scene.programs, index);
     if (program.emission.first != NO_PROGRAM) {

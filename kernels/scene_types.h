@@ -133,6 +133,8 @@ const uint MATERIAL_SPECULAR = 2u;  // has a dielectric or metallic lobe
 const uint MATERIAL_DIFFUSE = 4u;  // has a diffuse lobe
 const uint MATERIAL_TRANSPARENT = 8u;  // alpha below 1
 const uint MATERIAL_SAMPLED = 32u;  // its triangles are sampled as lights
+const uint MATERIAL_FRONT_DARK = 64u;  // emits nothing to the front
+const uint MATERIAL_BACK_DARK = 128u;  // emits nothing to the back
 const uint MATERIAL_SHARP = 256u;  // highlights narrower than a lamp may look: bounces meet lamps, too
 const uint MATERIAL_MULTI_GGX = 16u;  // microfacet energy is preserved (Blender's "Multiscatter GGX")
 const uint MATERIAL_PROGRAM = 512u;  // a part of it varies (MaterialProgram)
@@ -268,14 +270,18 @@ struct LightLink {
   uint set;  // of an instance: the set that it is lit with
 };
 
-// One emitting triangle, in world space. It shines to both sides.
+const uint EMITTER_DARK_ALONG = 0x80000000u;  // nothing leaves along cross(edge1, edge2)
+const uint EMITTER_DARK_AGAINST = 0x40000000u;  // nor against it
+const uint EMITTER_MATERIAL = 0x3fffffffu;
+
+// One emitting triangle, in world space. It shines to both sides where none is dark.
 struct Emitter {
   vec3 v0;
   uint instance;
   vec3 edge1;
   uint triangle;
   vec3 edge2;
-  uint material;
+  uint material;  // in EMITTER_MATERIAL, and EMITTER_DARK_*
 };
 
 // What Whitted, Toon and the ambient term read of a material beside its BSDF.

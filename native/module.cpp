@@ -492,7 +492,7 @@ NB_MODULE(cotorra_native, m) {
           "shader"_a,
           "What a shader of the SceneBuffers became, as a dict: surface (None, the constants of its one closure, or a\n"
           "program), emission and transparency (three floats or a program), folded: (the shader's op, three floats),\n"
-          "dropped: (the shader's closure, whether by its alpha, which is 0; else by its weight).\n"
+          "dropped: (the shader's closure, what of it is 0: 0 its weight, 1 its alpha, 2 its colour).\n"
           "A program is a dict: instructions (op, mode, values, the shader's op or -1), closures (kind, mode, weight,\n"
           "values, the shader's closure or -1), result (a value), registers, and nanoseconds, measured now: of its\n"
           "instructions for one point on one thread. A value is a float, three, or the number of an instruction.\n"

@@ -94,6 +94,7 @@ class Compiler {
       out.program.emission = writer.value(emission_);
       out.emission_needs = writer.needs();
       notes_.emission_sources = writer.sources();
+      find_dark_sides(out);
     }
     out.surface = plain_surface();
     if (!out.grey) out.surface.plain = false;  // one of the things that a ray may do here is to go on
@@ -208,11 +209,32 @@ class Compiler {
         c.arguments.push_back(v);
       }
       if (is_nothing(c.weight)) {
-        notes_.dropped.push_back({c.row, false});
+        notes_.dropped.push_back({c.row, 0});
+      } else if (is_black(c)) {
+        notes_.dropped.push_back({c.row, 2});
       } else {
         closures_.push_back(std::move(c));
       }
     }
+  }
+
+  // Many set up lights that shine to one side, by Geometry's Backfacing.
+  void find_dark_sides(CompiledShader &out) {
+    const Value front = graph_.with(emission_, OP_BACKFACING, vec3(0.0f));
+    const Value back = graph_.with(emission_, OP_BACKFACING, vec3(1.0f));
+    if (is_nothing_at_all(front)) out.dark |= MATERIAL_FRONT_DARK;
+    if (is_nothing_at_all(back)) out.dark |= MATERIAL_BACK_DARK;
+    const Value lit = (out.dark & MATERIAL_FRONT_DARK) != 0 ? back : front;
+    if (out.dark == 0 || !graph_.is_constant(lit)) return;
+    out.lit_evenly = true;
+    out.lit = graph_[lit].constant;
+  }
+
+  bool is_nothing_at_all(Value v) const { return graph_.is_constant(v, 0.0f); }
+
+  // A closure that reflects or lets through nothing of what arrives, since its colour is black.
+  bool is_black(const Closure &c) const {
+    return (c.kind == CLOSURE_DIFFUSE || c.kind == CLOSURE_TRANSLUCENT) && is_nothing(c.arguments[0]);
   }
 
   bool is_nothing(Value weight) const {
@@ -299,7 +321,7 @@ class Compiler {
           c.weight = graph_.multiply(c.weight, alpha);
           emission_ = graph_.add(emission_, graph_.multiply(c.weight, emitted(c)));
           if (is_nothing(c.weight)) {
-            notes_.dropped.push_back({c.row, true});
+            notes_.dropped.push_back({c.row, 1});
           } else {
             surface_.push_back(std::move(c));
           }

@@ -90,7 +90,7 @@ struct CompileNotes {
   };
   struct Dropped {
     uint closure;  // of the shader's
-    bool by_alpha;  // its alpha is 0; else its weight
+    uint why;      // 0: its weight is 0, 1: its alpha, 2: its colour
   };
   std::vector<Folded> folded;
   std::vector<Dropped> dropped;
@@ -105,12 +105,17 @@ struct CompiledShader {
   PlainSurface surface;        // where program.surface is NO_PROGRAM
   vec3 emission{0.0f};         // where program.emission is NO_PROGRAM
   vec3 transparency{0.0f};     // where program.transparency is NO_PROGRAM
-  bool grey = true;            // what is let through has no colour
-  bool sharp = false;          // a lobe may be narrow
-  bool asks_lobes = false;     // a closure is more than bsdf.h knows
-  bool transmits = false;      // a closure sends light through the surface
+  // Of an emission that varies: the sides (MATERIAL_*_DARK) to which it is 0 wherever it is asked for, and what it is
+  // to the other where that is the same everywhere.
+  uint dark = 0;
+  bool lit_evenly = false;
+  vec3 lit{0.0f};
+  bool grey = true;  // what is let through has no colour
+  bool sharp = false;  // a lobe may be narrow
+  bool asks_lobes = false;  // a closure is more than bsdf.h knows
+  bool transmits = false;  // a closure sends light through the surface
   ProgramNeeds surface_needs, emission_needs, transparency_needs;
-  uint lobes = 0;              // bit a CLOSURE_* kind of the surface
+  uint lobes = 0;  // bit a CLOSURE_* kind of the surface
   std::uint64_t ops_used[8]{};  // by number of the op
   CompileNotes notes;
 

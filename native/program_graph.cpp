@@ -79,6 +79,31 @@ Value ProgramGraph::op(uint number, uint mode, std::vector<Value> arguments) {
   return place->second;
 }
 
+Value ProgramGraph::with(Value v, uint number, vec3 value) {
+  const auto count = static_cast<std::size_t>(v) + 1;
+  std::vector<char> asked(count, 0);
+  asked.back() = 1;
+  for (std::size_t i = count; i-- > 0;) {  // arguments come before what they are arguments of
+    if (asked[i] == 0) continue;
+    for (const Value a : nodes_[i].arguments) asked[static_cast<std::size_t>(a)] = 1;
+  }
+  std::vector<Value> became(count, -1);
+  for (std::size_t i = 0; i < count; ++i) {
+    if (asked[i] == 0) continue;
+    const Node node = nodes_[i];  // making values moves them
+    if (node.op == nullptr) {
+      became[i] = static_cast<Value>(i);
+    } else if (node.op->number == number) {
+      became[i] = constant(value);
+    } else {
+      std::vector<Value> arguments;
+      for (const Value a : node.arguments) arguments.push_back(became[static_cast<std::size_t>(a)]);
+      became[i] = op(node.op->number, node.mode, std::move(arguments));
+    }
+  }
+  return became.back();
+}
+
 // The value that an op's can only be, -1 where there is none such.
 Value ProgramGraph::simplified(uint number, uint mode, const std::vector<Value> &arguments) {
   if (number == OP_VECTOR_MATH_V || number == OP_MATH) {

@@ -48,6 +48,9 @@ class ProgramGraph {
   // Certainly the same in all components.
   bool is_grey(Value v) const;
 
+  // `v` where every op of this number has a constant value instead.
+  Value with(Value v, uint number, vec3 value);
+
   // ---- Arithmetic that compiling needs, on three numbers each.
   Value add(Value a, Value b);
   Value subtract(Value a, Value b);

@@ -72,7 +72,7 @@ nb::dict explain_shader(const Scene &scene, std::size_t index) {
   const CompiledShader &shader = scene.shader(index);
   nb::list folded, dropped;
   for (const CompileNotes::Folded &f : shader.notes.folded) folded.append(nb::make_tuple(f.op, triple(f.value)));
-  for (const CompileNotes::Dropped &c : shader.notes.dropped) dropped.append(nb::make_tuple(c.closure, c.by_alpha));
+  for (const CompileNotes::Dropped &c : shader.notes.dropped) dropped.append(nb::make_tuple(c.closure, c.why));
   nb::dict d;
   d["folded"] = folded;
   d["dropped"] = dropped;

@@ -17,7 +17,7 @@ namespace {
 
 constexpr float kFarthest = 1e15f;  // metres; squares of it are numbers
 // Light samples at a path's first vertex, which fills the picture, where lamps are among those that are picked.
-constexpr uint kPicks = 8;
+constexpr uint kPicks = 4;
 
 float brightness(vec3 radiance) { return luminance(abs(radiance)); }
 
@@ -81,11 +81,19 @@ LightBounds bounds_of(const Emitter &e, const Material &material) {
   b.box.add(e.v0 + e.edge2);
   const vec3 n = cross(e.edge1, e.edge2);
   const float len = length(n);
-  b.axis = n * (1.0f / len);
+  const uint dark = e.material & ~EMITTER_MATERIAL;
+  b.axis = n * ((dark == EMITTER_DARK_ALONG ? -1.0f : 1.0f) / len);
   b.cos_e = 0.0f;
-  b.flags = LIGHT_CHILD_TWO_SIDED;
+  if (dark == 0) b.flags = LIGHT_CHILD_TWO_SIDED;
   b.energy = 0.5f * len * brightness(material.emission);
   return b;
+}
+
+// EMITTER_DARK_*: the sides of its triangles' edges to which a material emits nothing.
+uint dark_sides(const Material &m, bool mirrored) {
+  const uint front = mirrored ? EMITTER_DARK_AGAINST : EMITTER_DARK_ALONG;
+  const uint back = mirrored ? EMITTER_DARK_ALONG : EMITTER_DARK_AGAINST;
+  return ((m.flags & MATERIAL_FRONT_DARK) != 0 ? front : 0u) | ((m.flags & MATERIAL_BACK_DARK) != 0 ? back : 0u);
 }
 
 // Shares of all energy, so that no product with them leaves the numbers; what has none, or lies nowhere, gets 0.
@@ -134,7 +142,7 @@ void Scene::prepare_emitters() {
       if (!(len > 0.0f) || !std::isfinite(len)) continue;
       e.instance = static_cast<uint>(k);
       e.triangle = t;
-      e.material = material;
+      e.material = material | dark_sides(materials_[material], (instance.flags & INSTANCE_MIRRORED) != 0);
       if (emitters_.size() == emitters_.capacity()) {
         const std::size_t room = 2 * emitters_.size() + 64;
         with_memory(room * sizeof(Emitter), "the triangles that emit", [&] { emitters_.reserve(room); });
@@ -163,7 +171,7 @@ void Scene::prepare_light_tree() {
       if ((lights_[i].flags & LIGHT_PROGRAM) != 0) bounds[i].energy *= light_programs_[i].mean;
     }
     for (std::size_t i = 0; i < emitters_.size(); ++i) {
-      bounds[lamp_count + i] = bounds_of(emitters_[i], materials_[emitters_[i].material]);
+      bounds[lamp_count + i] = bounds_of(emitters_[i], materials_[emitters_[i].material & EMITTER_MATERIAL]);
     }
     share_energy(bounds);
     light_tree_ = build_light_tree(bounds, lamp_count);

@@ -57,8 +57,9 @@ static Material material_of(const CompiledShader &shader) {
   m.specular_tint = s.specular_tint;
   m.alpha = 1.0f - clamp(shader.transparency.x, 0.0f, 1.0f);
   m.emission = shader.emission;
+  m.flags = shader.dark;
   const bool varies = shader.program.surface.first != NO_PROGRAM;
-  m.flags = varies ? MATERIAL_SPECULAR | MATERIAL_DIFFUSE : principled_flags(m);
+  m.flags |= varies ? MATERIAL_SPECULAR | MATERIAL_DIFFUSE : principled_flags(m);
   if (shader.sharp || (!varies && (m.flags & MATERIAL_SPECULAR) != 0 && m.roughness < kSharpRoughness)) {
     m.flags |= MATERIAL_SHARP;
   }
@@ -68,6 +69,14 @@ static Material material_of(const CompiledShader &shader) {
   if (clear && !shader.grey) m.flags |= MATERIAL_TINTED;
   if (shader.varies()) m.flags |= MATERIAL_PROGRAM;
   return m;
+}
+
+// Surfaces that shine to one side alike, and to the other not at all, need no program for it.
+static void take_lit_side(CompiledShader &c) {
+  if (!c.lit_evenly) return;
+  c.emission = c.lit;
+  c.program.emission = {NO_PROGRAM, 0, 0, 0};
+  c.emission_needs = {};
 }
 
 const CompiledShader &Scene::compiled(std::size_t material) const {
@@ -93,6 +102,7 @@ void Scene::validate_shaders(const SceneInput &in) const {
 vec3 Scene::emission_of(int shader, bool &varies) const {
   if (shader < 0) return vec3(1.0f);
   const CompiledShader &c = compiled_[static_cast<std::size_t>(shader)];
+  if ((c.dark & MATERIAL_FRONT_DARK) != 0) return vec3(0.0f);  // lamps and worlds have no back
   varies = c.program.emission.first != NO_PROGRAM;
   return c.emission;
 }
@@ -105,9 +115,11 @@ void Scene::prepare_programs(ProgramsInput &in, const MaterialsInput &materials)
   for (const ImageInput &image : in.images) {
     library_of_programs_.opaque_images.push_back(alpha && is_opaque(image) ? 1 : 0);
   }
-  for (const ShaderInput &shader : in.shaders) {
-    compiled_.push_back(library_of_programs_.add(shader));
-    const CompiledShader &c = compiled_.back();
+  for (const ShaderInput &shader : in.shaders) compiled_.push_back(library_of_programs_.add(shader));
+  for (const int shader : material_shaders_) {
+    if (shader >= 0) take_lit_side(compiled_[static_cast<std::size_t>(shader)]);
+  }
+  for (const CompiledShader &c : compiled_) {
     surface_needs_.add(c.surface_needs);
     emission_needs_.add(c.emission_needs);
     transparency_needs_.add(c.transparency_needs);
@@ -372,7 +384,7 @@ void Scene::estimate_emission(const MaterialsInput &in) {
     }
   };
   each([&](uint, uint, uint m) { ++count[m]; });
-  // 2. Their programs at points spread over them, seen from both sides.
+  // 2. Their programs at points spread over them, seen from the sides that are not dark.
   each([&](uint instance, uint triangle, uint m) {
     const std::uint64_t step = std::max<std::uint64_t>(count[m] / kPoints, 1);
     const std::uint64_t points = std::max<std::uint64_t>(kPoints / count[m], 1);
@@ -383,6 +395,7 @@ void Scene::estimate_emission(const MaterialsInput &in) {
       for (const float z : {1.0f, -1.0f}) {
         Surface s;
         surface_from_hit(data_, hit, vec3(0.0f, 0.0f, z), s);
+        if (material_is_dark(materials_[m], s.side)) continue;
         vec3 x, y;
         orthonormal_basis(s.ng, x, y);
         const vec2 u = sampler_pair(static_cast<uint>(p), 0x29c3u + triangle);

@@ -273,6 +273,8 @@ def scene() -> Scene:
     emitters['instance'] = rng.integers(0, INSTANCES, EMITTERS)
     emitters['triangle'] = rng.integers(0, TRIANGLES, EMITTERS)
     emitters['material'] = rng.integers(0, MATERIALS, EMITTERS)
+    dark = (0, known['EMITTER_DARK_ALONG'], known['EMITTER_DARK_AGAINST'])
+    emitters['material'] |= np.array(dark, np.uint32)[np.arange(EMITTERS) % 3]
 
     data = np.zeros(1, dtype_of('SceneData'))
     data['light_count'], data['emitter_count'] = LIGHTS, EMITTERS

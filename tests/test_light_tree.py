@@ -75,6 +75,45 @@ def test_emitting_triangles_look_as_in_cycles(engine: None, tmp_path: Path) -> N
     assert_as_cycles(scene, tmp_path)
 
 
+def one_sided(name: str, back: bool, textured: bool = False) -> bpy.types.Material:
+    """Shines to the front alone, or to the back, as importers make it: Mix Shader by Geometry's Backfacing."""
+    material = build.material(name)
+    tree = material.node_tree
+    emission = build.node(tree, 'Emission', Color=(1.0, 0.7, 0.4, 1.0), Strength=30.0)
+    if textured:
+        build.connect(tree, build.node(tree, 'TexCoord').outputs['Generated'], emission.inputs['Color'])
+    mix = tree.nodes.new('ShaderNodeMixShader')
+    build.connect(tree, build.node(tree, 'NewGeometry').outputs['Backfacing'], mix.inputs[0])
+    black = build.node(tree, 'BsdfDiffuse', Color=(0.0, 0.0, 0.0, 1.0))
+    for socket, node in zip(mix.inputs[1:], (black, emission) if back else (emission, black), strict=True):
+        build.connect(tree, node.outputs[0], socket)
+    output = next(node for node in tree.nodes if node.type == 'OUTPUT_MATERIAL')
+    build.connect(tree, mix.outputs[0], output.inputs['Surface'])
+    return material
+
+
+@pytest.mark.parametrize('textured', [False, True])
+def test_lights_of_one_side_look_as_in_cycles(engine: None, tmp_path: Path, textured: bool) -> None:
+    """Triangles that turn every way: half of them shine away from any place. A mirrored object turns them over."""
+    scene = corner()
+    shiny(scene)
+    for name, back, scale in (('Front', False, 1.0), ('To the back', True, 1.0), ('Over', False, -1.0)):
+        obj = emitter(scene, name, 20, 0.0)
+        obj.data.materials[0] = one_sided(name, back, textured)
+        obj.scale.x = scale
+    assert_as_cycles(scene, tmp_path)
+
+
+def test_lights_of_one_side_are_constants(engine: None) -> None:
+    """What is the same wherever it shines needs no program."""
+    scene = corner()
+    obj = emitter(scene, 'Sparks', 40, 0.0)
+    obj.data.materials[0] = one_sided('Sparks', back=False)
+    assert 'programs' not in job_of(native.load(), scene, samples=1).render('CPU')[1]['features']
+    obj.data.materials[0] = one_sided('Varies', back=False, textured=True)
+    assert 'programs' in job_of(native.load(), scene, samples=1).render('CPU')[1]['features']
+
+
 def test_lamps_and_triangles_look_as_in_cycles(engine: None, tmp_path: Path) -> None:
     scene = corner()
     shiny(scene)

@@ -91,10 +91,9 @@ def folded(
     if constants:
         sections.append(Section('Constant, computed once', constants))
     dropped = [(note,) for note in notes]
-    for row, by_alpha in found['dropped']:
+    for row, why in found['dropped']:
         words = closure_words(names.kinds[int(shader.closures[row]['kind'])], int(shader.closures[row]['mode']))
-        why = 'its alpha is 0' if by_alpha else 'its weight is 0'
-        dropped.append((f'"{names.closure_label(row)}" ({words}): {why}',))
+        dropped.append((f'"{names.closure_label(row)}" ({words}): its {("weight", "alpha", "colour")[why]} is 0',))
     if dropped:
         sections.append(Section('Left out, since it counts for nothing', tuple(dropped)))
     if warnings:

@@ -126,6 +126,7 @@ FN vec3 path_escape(IN(SceneData) scene, IN(PathState) path, vec3 direction) {
 
 // Light that the surface itself emits toward the ray's origin; `material` is the scene's record.
 FN vec3 path_emission(IN(SceneData) scene, IN(PathState) path, IN(Surface) s, IN(Material) material, vec3 wo, float t) {
+  if (material_is_dark(material, s.side)) return vec3(0.0f);
   if (path_unlinked(scene, path, scene.light_count + s.instance)) return vec3(0.0f);
   uint visibility = VISIBLE_ALL;
   if (scene.light_kinds != 0u) visibility = LOAD(scene.instances, s.instance).visibility;

@@ -113,7 +113,8 @@ FN bool path_sample_light(IN(SceneData) scene, uint index, IN(PathState) path, I
 // that bumps and edges are those that rays find.
 FN vec3 emitter_radiance(IN(SceneData) scene, IN(PathState) path, IN(Surface) from, vec3 wo, IN(Emitter) e, vec2 b,
                          vec3 wi, float distance) {
-  const Material material = LOAD(scene.materials, e.material);
+  const uint index = e.material & EMITTER_MATERIAL;
+  const Material material = LOAD(scene.materials, index);
   const uint varies = MATERIAL_PROGRAM | MATERIAL_TRANSPARENT | MATERIAL_TINTED;
   if (!FEATURE(FEATURE_PROGRAMS | FEATURE_TRANSPARENCY) || (material.flags & varies) == 0u) return material.emission;
   Hit hit;
@@ -132,9 +133,9 @@ FN vec3 emitter_radiance(IN(SceneData) scene, IN(PathState) path, IN(Surface) fr
   if (scene.camera_orthographic == 0u) {
     at.footprint = path.footprint + path_spread(scene, path, wo) * from.t + scene.camera_spread * distance;
   }
-  const vec3 radiance = material_emission(scene, e.material, material, at);
+  const vec3 radiance = material_emission(scene, index, material, at);
   if ((material.flags & (MATERIAL_TRANSPARENT | MATERIAL_TINTED)) != MATERIAL_TRANSPARENT) return radiance;
-  return radiance * (1.0f - material_transparency(scene, e.material, at).x);
+  return radiance * (1.0f - material_transparency(scene, index, at).x);
 }
 
 // One sample of emitting triangle `index`; `scale` is 1 / the number of samples that take it, on average.
@@ -149,21 +150,27 @@ FN bool path_sample_emitter(IN(SceneData) scene, uint index, IN(PathState) path,
   const vec3 wi = safe_normalize(q - s.p, d);
   float twice_area;
   const vec3 normal = safe_normalize(cross(e.edge1, e.edge2), twice_area);
-  const float cos_light = abs(dot(normal, wi));
-  const float pdf = d * d / (0.5f * twice_area * scale * max(cos_light, 1e-8f));
-  float bsdf_pdf;
-  const vec3 f = visible_scattering(scene, bsdf, lobe, wo, wi, instance.visibility, bsdf_pdf);
-  const vec3 radiance = emitter_radiance(scene, path, s, wo, e, b, wi, d);
-  ray.contribution = path.throughput * f * radiance * (power_heuristic(pdf, bsdf_pdf) / pdf);
+  const float against = dot(normal, wi);
+  const float cos_light = abs(against);
+  ray.contribution = vec3(0.0f);
   ray.direction = wi;
   ray.group = instance.light_group;
   ray.visibility = light_shadows(scene, scene.light_count + e.instance);
   ray.t_max = 0.0f;
   ray.origin = s.p;
-  if (!light_lights(scene, scene.light_count + e.instance, receiver_set(scene, s.instance))) return false;
+  const uint dark = select(against < 0.0f, EMITTER_DARK_ALONG, EMITTER_DARK_AGAINST);
   const bool self = e.instance == s.instance && e.triangle == s.triangle;
-  if (self || cos_light < 1e-8f || !carries_light(ray.contribution)) return false;
-  // 2. Aim from the lifted start at the point itself, and stop short of it.
+  if (self || cos_light < 1e-8f || (e.material & dark) != 0u) return false;
+  if (!light_lights(scene, scene.light_count + e.instance, receiver_set(scene, s.instance))) return false;
+  // 2. What it brings.
+  const float pdf = d * d / (0.5f * twice_area * scale * cos_light);
+  float bsdf_pdf;
+  const vec3 f = visible_scattering(scene, bsdf, lobe, wo, wi, instance.visibility, bsdf_pdf);
+  if (!carries_light(f)) return false;
+  const vec3 radiance = emitter_radiance(scene, path, s, wo, e, b, wi, d);
+  ray.contribution = path.throughput * f * radiance * (power_heuristic(pdf, bsdf_pdf) / pdf);
+  if (!carries_light(ray.contribution)) return false;
+  // 3. Aim from the lifted start at the point itself, and stop short of it.
   ray.origin = shadow_ray_origin(scene, smooth_surface(s, bsdf), wi);
   ray.direction = safe_normalize(q - ray.origin, d);
   ray.t_max = d * 0.9999f;

@@ -66,7 +66,8 @@ struct World {
   // Lamps come first.
   World(std::size_t lamp_count, std::size_t triangles, float size) : lamps(lamp_count) {
     for (std::size_t i = 0; i < lamp_count; ++i) lights.push_back(random_light(i % 4, size));
-    for (std::size_t i = 0; i < triangles; ++i) lights.push_back(random_light(4, size));
+    for (std::size_t i = 0; i < triangles; ++i)
+      lights.push_back(random_light(4 + i % 2, size));  // they shine to both sides, or to one
     tree = build_light_tree(lights, lamps);
     scene.light_nodes = {tree.nodes.data()};
     scene.light_parents = {tree.parents.data()};
