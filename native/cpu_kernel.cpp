@@ -209,6 +209,9 @@ class Renderer {
     const bool all = scene_.light_count <= LIGHTS_AT_ONCE;
     for (uint l = 0; all && l < scene_.light_count; ++l) sample_light(l, lanes, bounce);
     if (FEATURE(FEATURE_LIGHT_TREE) && (all ? scene_.emitter_count : scene_.tree_picks) > 0) {
+      // Rays of a packet go to different lights.
+      flush_shadow(bounce);
+      arguments_.flags = embree::kIncoherent;
       sample_picked_lights(all ? scene_.light_count : 0, bounce == 0 ? scene_.tree_picks : 1, lanes, bounce);
     }
     if (FEATURE(FEATURE_WORLD_LIGHT) && scene_.world_width > 0) sample_world(lanes, bounce);
@@ -262,8 +265,8 @@ class Renderer {
 
   // Samples [first, first + picks) of a vertex, whose lights the tree picks.
   void sample_picked_lights(uint first, uint picks, int lanes, uint bounce) {
-    Array<float, kLanes> pick, fresh;
-    fill_pairs(b_.random.data(), lanes, pair_seed(bounce, PAIR_PICK), pick.data(), fresh.data());
+    Array<float, kLanes> unused, fresh;
+    fill_pairs(b_.random.data(), lanes, pair_seed(bounce, PAIR_PICK), unused.data(), fresh.data());
     for (std::size_t i = 0; i < static_cast<std::size_t>(lanes); ++i) {
       b_.light_weights[i] = path_light_weights(scene_, b_.surface[i], b_.shading.lobe_of(i));
     }
@@ -271,14 +274,14 @@ class Renderer {
       fill_pairs(b_.random.data(), lanes, pair_seed(bounce, light_pair(scene_, k)), b_.u2.data(), b_.v2.data());
       for (std::size_t i = 0; i < static_cast<std::size_t>(lanes); ++i) {
         float scale;
-        const vec2 u_pick(pick[i], fresh[i]);
+        vec2 u(b_.u2[i], b_.v2[i]);
         const Lobe &lobe = b_.shading.lobe_of(i);
-        const uint light = light_of_slot(lane_at(tracer_, i), k, first + picks, u_pick, b_.surface[i], lobe,
-                                         b_.light_weights[i], scale);
+        const uint light = light_of_slot(lane_at(tracer_, i), k, first + picks, b_.surface[i], lobe,
+                                         b_.light_weights[i], fresh[i], u, scale);
         if (light == INVALID_ID) continue;
         ShadowRay ray;
         const bool sent = path_sample_picked(scene_, light, b_.path[i], b_.surface[i], b_.shading.bsdf(i), lobe,
-                                             b_.shading.wo.get(i), vec2(b_.u2[i], b_.v2[i]), scale, ray);
+                                             b_.shading.wo.get(i), u, scale, ray);
         if (FEATURE(FEATURE_HEALTH)) {
           const bool lamp = (light & LIGHT_CHILD_LAMPS) != 0u;
           note_sample(tracer_, i, ray, lamp ? light & LIGHT_CHILD_INDEX : kNobody);

@@ -143,7 +143,7 @@ TREE = [
     Case(
         'light_picks',
         'const LightWeights root = light_weights(scene, 0u, at);'
-        'light = light_tree_pick(scene, at, root, u, fresh, probability);'
+        'float left = u; light = light_tree_pick(scene, at, root, left, fresh, probability);'
         'chance = light_tree_probability(scene, place, at); of_lamp = light_place_of_lamp(scene, lamp);'
         'of_triangle = light_place_of_triangle(scene, instance, triangle);',
         {

@@ -180,7 +180,8 @@ STAGES = [
         'light = path_meet_light(scene, lamp, path, p, d, t_max, group); sky = path_escape(scene, path, d);'
         'glow = path_emission(scene, path, s, material, d, t_max); at = path_point(scene, path, s, d, t_max);'
         'counted = background_point(d); path_counts(path, counted);'
-        'through = found_throughput(scene, path, mask, found_pdf);',
+        'through = found_throughput(scene, path, mask, found_pdf);'
+        'dark = select(material_is_dark(material, s.side), 1u, 0u);',
         {'lamp': LAMP, 'path': PATH, 'p': POINT, 'd': DIRECTION, 't_max': ('float', magnitudes(0.1, 100.0))}
         | {'s': SURFACE, 'material': MATERIAL, 'mask': ('uint', integers(64))},
         {
@@ -192,7 +193,7 @@ STAGES = [
             'glow': 'vec3',
             'through': 'vec3',
         }
-        | {'found_pdf': 'float'},
+        | {'found_pdf': 'float', 'dark': 'uint'},
         tolerances={
             'sky': ROUNDING,
             'light': ROUNDING,
@@ -216,10 +217,10 @@ STAGES = [
         'casts = select(light_shadow_ray(scene, light, s, path.bounce, l.wi, l.distance, gain, shadow), 1u, 0u);'
         'lit = select(path_sample_light(scene, lamp, path, s, bsdf, lobe, o, u, 2.0f, ray), 1u, 0u);'
         'const LightWeights root = path_light_weights(scene, s, lobe); receives = light_receiver(scene, s, lobe);'
-        'pick = path_pick_light(scene, s, lobe, root, 1u, 3u, u, scale);'
+        'vec2 left = u; pick = path_pick_light(scene, s, lobe, root, 1u, 3u, fresh, left, scale);'
         'const Surface start = smooth_surface(s, bsdf); smooth_n = start.n;',
         {'material': MATERIAL, 's': SURFACE, 'wo': WO, 'wi': DIRECTION, 'mask': ('uint', integers(64)), 'lamp': LAMP}
-        | {'path': PATH, 'u': SQUARE},
+        | {'path': PATH, 'u': SQUARE, 'fresh': UNIT},
         {'seen': 'vec3', 'pdf': 'float', 'lit': 'uint', 'ray': 'ShadowRay', 'receives': 'LightReceiver', 'pick': 'uint'}
         | {'scale': 'float', 'gain': 'vec3', 'casts': 'uint', 'shadow': 'ShadowRay', 'smooth_n': 'vec3'},
         ROUNDING,

@@ -142,9 +142,10 @@ FN LightWeights light_weights(IN(SceneData) scene, uint node, IN(LightReceiver) 
 }
 
 // A light, as the child that it is: LIGHT_CHILD_LEAF, LIGHT_CHILD_LAMPS for a lamp, and its index; INVALID_ID where
-// none can light the receiver. `root`: weights of node 0. `u` chooses all the way down. After a dozen halvings its
-// digits are used up, and `fresh`, a second number, gives it new ones.
-FN uint light_tree_pick(IN(SceneData) scene, IN(LightReceiver) at, IN(LightWeights) root, float u, float fresh,
+// none can light the receiver. `root`: weights of node 0. `u` chooses all the way down, and is left as a number in [0,
+// 1) that tells nothing of the choice: samples that are spread evenly in u stay so within each light. After a dozen
+// halvings its digits are used up, and `fresh`, a second number, gives it new ones.
+FN uint light_tree_pick(IN(SceneData) scene, IN(LightReceiver) at, IN(LightWeights) root, INOUT(float) u, float fresh,
                         OUT(float) probability) {
   FloatBuffer nodes = scene.light_nodes;
   uint node = 0u;

@@ -191,13 +191,13 @@ FN LightWeights path_light_weights(IN(SceneData) scene, IN(Surface) s, IN(Lobe) 
   return light_weights(scene, 0u, light_receiver(scene, s, lobe));
 }
 
-// Sample number `slot` of `slots` lights that the tree picks at a vertex; INVALID_ID where there is none. `u`: two
-// numbers, of which the first is stratified over the slots.
+// Sample number `slot` of `slots` lights that the tree picks at a vertex; INVALID_ID where there is none. The first of
+// `u` picks, stratified over the slots; what is left of both is a point of the square for the light's own sample.
 FN uint path_pick_light(IN(SceneData) scene, IN(Surface) s, IN(Lobe) lobe, IN(LightWeights) root, uint slot, uint slots,
-                        vec2 u, OUT(float) scale) {
+                        float fresh, INOUT(vec2) u, OUT(float) scale) {
   float probability;
-  const float stratified = min((float(int(slot)) + u.x) / float(int(slots)), 0.99999994f);
-  const uint light = light_tree_pick(scene, light_receiver(scene, s, lobe), root, stratified, u.y, probability);
+  u.x = min((float(int(slot)) + u.x) / float(int(slots)), 0.99999994f);
+  const uint light = light_tree_pick(scene, light_receiver(scene, s, lobe), root, u.x, fresh, probability);
   scale = 1.0f / max(probability * float(int(slots)), 1e-30f);
   return light;
 }

@@ -19,14 +19,14 @@ FN uint light_pair(IN(SceneData) scene, uint slot) {
 
 // The light of light sample number `slot` out of `slots`, as the tree names it: each lamp in its turn, or what the tree
 // picks. `scale` is 1 / the number of samples that take it, on average. INVALID_ID: there is none.
-// `root`: path_light_weights.
-FN uint light_of_slot(LANE lane, uint slot, uint slots, vec2 u_pick, IN(Surface) s, IN(Lobe) lobe,
-                      IN(LightWeights) root, OUT(float) scale) {
+// `root`: path_light_weights; `fresh` and `u`: path_pick_light.
+FN uint light_of_slot(LANE lane, uint slot, uint slots, IN(Surface) s, IN(Lobe) lobe, IN(LightWeights) root,
+                      float fresh, INOUT(vec2) u, OUT(float) scale) {
   scale = 1.0f;
   if (FLAG(JOB_ALL_LIGHTS) && slot < SCENE.light_count) return LIGHT_CHILD_LEAF | LIGHT_CHILD_LAMPS | slot;
   if (!FEATURE(FEATURE_LIGHT_TREE)) return INVALID_ID;
-  if (FLAG(JOB_ALL_LIGHTS)) return path_pick_light(SCENE, s, lobe, root, 0u, 1u, u_pick, scale);
-  return path_pick_light(SCENE, s, lobe, root, slot, slots, u_pick, scale);
+  if (FLAG(JOB_ALL_LIGHTS)) return path_pick_light(SCENE, s, lobe, root, 0u, 1u, fresh, u, scale);
+  return path_pick_light(SCENE, s, lobe, root, slot, slots, fresh, u, scale);
 }
 
 // A shadow ray that would bring less than the threshold is traced with a probability in proportion, and brings more

@@ -101,6 +101,17 @@ double chance_of(double statistic, double freedom) {
   return 0.5 * std::erfc((std::cbrt(statistic / freedom) - (1.0 - v)) / std::sqrt(2.0 * v));
 }
 
+// Is what is left of the random numbers spread evenly, whatever was picked?
+void check_even(const std::vector<double> &counts) {
+  double sum = 0.0, statistic = 0.0;
+  for (const double n : counts) sum += n;
+  if (sum < 320.0) return;
+  const double expected = sum / static_cast<double>(counts.size());
+  for (const double n : counts) statistic += (n - expected) * (n - expected) / expected;
+  const double chance = chance_of(statistic, static_cast<double>(counts.size()) - 1.0);
+  require(chance > 1e-6, "what is left of the number is not even", chance);
+}
+
 void check_receiver(const World &world, const LightReceiver &at, std::size_t samples) {
   // 1. Probabilities by the way from the leaf, and lights that must not be left out.
   std::vector<double> chance(world.lights.size(), 0.0);
@@ -114,11 +125,11 @@ void check_receiver(const World &world, const LightReceiver &at, std::size_t sam
   require(sum < 1.0 + 1e-4, "probabilities add up to more than one", sum);
   // 2. What is picked, evenly over the random number; where no light is found, that is what is missing of one.
   const LightWeights root = light_weights(world.scene, 0, at);
-  std::vector<double> found(chance.size() + 1, 0.0);
+  std::vector<double> found(chance.size() + 1, 0.0), left(16, 0.0);
   for (std::size_t k = 0; k < samples; ++k) {
     float probability;
-    const uint light =
-        light_tree_pick(world.scene, at, root, number(0.0f, 0.99999994f), number(0.0f, 1.0f), probability);
+    float u = number(0.0f, 0.99999994f);
+    const uint light = light_tree_pick(world.scene, at, root, u, number(0.0f, 1.0f), probability);
     if (light == INVALID_ID) {
       found.back() += 1.0;
       continue;
@@ -127,7 +138,10 @@ void check_receiver(const World &world, const LightReceiver &at, std::size_t sam
     require(std::abs(static_cast<double>(probability) / chance[i] - 1.0) < 1e-4, "picked with another probability",
             static_cast<double>(probability) / chance[i]);
     found[i] += 1.0;
+    require(u >= 0.0f && u < 1.0f, "what is left of the number lies outside", static_cast<double>(u));
+    left[static_cast<std::size_t>(u * 16.0f)] += 1.0;
   }
+  check_even(left);
   chance.push_back(std::max(1.0 - sum, 0.0));
   // 3. Chi-square; lights that are expected less than 20 times are one cell.
   double statistic = 0.0, rare_expected = 0.0, rare_found = 0.0, cells = 0.0;

@@ -25,7 +25,7 @@ void send_to_lights(uint lane, PathState path, Surface s, uint block_seed) {
   if (SCATTERS) scattering_at(lane, path, s, wo, bsdf, lobe);
   const uint world_slots = FEATURE(FEATURE_WORLD_LIGHT) ? 1u : 0u;  // the last
   const uint slots = push.light_slots - world_slots;
-  const vec2 pick = vertex_random(path, block_seed, PAIR_PICK);
+  const float fresh = vertex_random(path, block_seed, PAIR_PICK).y;
   LightWeights root;
   if (FEATURE(FEATURE_LIGHT_TREE) && SCENE.tree_picks > 0u) root = path_light_weights(SCENE, s, lobe);
   for (uint slot = 0u; slot < push.light_slots; ++slot) {
@@ -35,8 +35,8 @@ void send_to_lights(uint lane, PathState path, Surface s, uint block_seed) {
       sent = toon_light_ray(SCENE, slot, s, ray);
     } else if (slot < slots) {
       float scale;
-      const uint light = light_of_slot(lane, slot, slots, pick, s, lobe, root, scale);
-      const vec2 u = vertex_random(path, block_seed, light_pair(SCENE, slot));
+      vec2 u = vertex_random(path, block_seed, light_pair(SCENE, slot));
+      const uint light = light_of_slot(lane, slot, slots, s, lobe, root, fresh, u, scale);
       if (light != INVALID_ID) sent = path_sample_picked(SCENE, light, path, s, bsdf, lobe, wo, u, scale, ray);
     } else {
       const vec2 u = vertex_random(path, block_seed, PAIR_WORLD);
