@@ -41,6 +41,29 @@ def switch(name: str, description: str, default: bool = False) -> BoolProperty:
     return BoolProperty(name=name, description=description, default=default, update=tag_scene)
 
 
+def bounces(name: str, description: str, default: int) -> IntProperty:
+    return IntProperty(
+        name=name, description=description, default=default, min=0, max=BOUNCES_MAX, soft_max=32, update=tag_scene
+    )
+
+
+def count(name: str, description: str, default: int, least: int = 0, soft_max: int = 4096) -> IntProperty:
+    """Of samples."""
+    return IntProperty(
+        name=name,
+        description=description,
+        default=default,
+        min=least,
+        max=SAMPLES_MAX,
+        soft_max=soft_max,
+        update=tag_scene,
+    )
+
+
+def choice(name: str, description: str, items: tuple, default: str) -> EnumProperty:
+    return EnumProperty(name=name, description=description, items=items, default=default, update=tag_scene)
+
+
 def auto_row(key: str) -> BoolProperty:
     """The switch of something that integrator AUTO may simplify."""
     return next(switch(name, text, True) for row, name, text in AUTO_ROWS if row == key)
@@ -85,22 +108,13 @@ class CotorraSceneSettings(bpy.types.PropertyGroup):
     use_auto_models: auto_row('models')
     use_auto_sampling: auto_row('sampling')
 
-    settings_from: EnumProperty(
-        name='Settings',
-        description='Whose settings hold for samples, bounces, clamping, caustics, denoising and the like',
-        items=SETTINGS_FROM,
-        default='AUTO',
-        update=tag_scene,
+    settings_from: choice(
+        'Settings',
+        'Whose settings hold for samples, bounces, clamping, caustics, denoising and the like',
+        SETTINGS_FROM,
+        'AUTO',
     )
-    samples: IntProperty(
-        name='Samples',
-        description='Paths that start in each pixel. Four times as many halve the noise',
-        default=64,
-        min=1,
-        max=SAMPLES_MAX,
-        soft_max=4096,
-        update=tag_scene,
-    )
+    samples: count('Samples', 'Paths that start in each pixel. Four times as many halve the noise', 64, least=1)
     seed: IntProperty(
         name='Seed',
         description='Number that the noise pattern starts from. The same seed gives the same image, bit for bit',
@@ -109,26 +123,11 @@ class CotorraSceneSettings(bpy.types.PropertyGroup):
         max=SEED_MAX,
         update=tag_scene,
     )
-    use_animated_seed: BoolProperty(
-        name='Animate Seed',
-        description='Add the frame number to the seed, so that the noise changes from frame to frame',
-        default=False,
-        update=tag_scene,
+    use_animated_seed: switch(
+        'Animate Seed', 'Add the frame number to the seed, so that the noise changes from frame to frame'
     )
-    integrator: EnumProperty(
-        name='Integrator',
-        description='How much of the light in the scene is followed',
-        items=INTEGRATORS,
-        default='PATH',
-        update=tag_scene,
-    )
-    device: EnumProperty(
-        name='Device',
-        description='The processor that renders',
-        items=DEVICES,
-        default='CPU',
-        update=tag_scene,
-    )
+    integrator: choice('Integrator', 'How much of the light in the scene is followed', INTEGRATORS, 'PATH')
+    device: choice('Device', 'The processor that renders', DEVICES, 'CPU')
     device_index: IntProperty(
         name='Graphics Card',
         description='Which graphics card renders, counted from 0. -1: the best that can',
@@ -145,69 +144,27 @@ class CotorraSceneSettings(bpy.types.PropertyGroup):
         set=choose_card,
         options={'SKIP_SAVE'},
     )
-    ray_tracing: EnumProperty(
-        name='Ray Tracing',
-        description='What finds the surfaces that rays meet, on a graphics card',
-        items=RAY_TRACINGS,
-        default='AUTO',
-        update=tag_scene,
+    ray_tracing: choice(
+        'Ray Tracing', 'What finds the surfaces that rays meet, on a graphics card', RAY_TRACINGS, 'AUTO'
     )
-    use_device_fallback: BoolProperty(
-        name='Fall Back to CPU',
-        description='Where the graphics card cannot render the scene, or lacks the memory, let the CPU do it',
-        default=True,
-        update=tag_scene,
+    use_device_fallback: switch(
+        'Fall Back to CPU',
+        'Where the graphics card cannot render the scene, or lacks the memory, let the CPU do it',
+        True,
     )
-    max_bounces: IntProperty(
-        name='Total',
-        description=f'Reflections that light may take on its way at most, of all kinds together. {AS_CYCLES}',
-        default=12,
-        min=0,
-        max=BOUNCES_MAX,
-        soft_max=32,
-        update=tag_scene,
+    max_bounces: bounces(
+        'Total', f'Reflections that light may take on its way at most, of all kinds together. {AS_CYCLES}', 12
     )
-    diffuse_bounces: IntProperty(
-        name='Diffuse',
-        description=f'Diffuse reflections that light may take on its way at most. {AS_CYCLES}',
-        default=4,
-        min=0,
-        max=BOUNCES_MAX,
-        soft_max=32,
-        update=tag_scene,
+    diffuse_bounces: bounces('Diffuse', f'Diffuse reflections that light may take on its way at most. {AS_CYCLES}', 4)
+    glossy_bounces: bounces('Glossy', f'Glossy reflections that light may take on its way at most. {AS_CYCLES}', 4)
+    transmission_bounces: bounces(
+        'Transmission', 'Passages of light through glass and other surfaces on its way at most', 12
     )
-    glossy_bounces: IntProperty(
-        name='Glossy',
-        description=f'Glossy reflections that light may take on its way at most. {AS_CYCLES}',
-        default=4,
-        min=0,
-        max=BOUNCES_MAX,
-        soft_max=32,
-        update=tag_scene,
+    transparent_bounces: bounces(
+        'Transparent', f'Transparent surfaces that a ray may cross at most; the next one stops it. {AS_CYCLES}', 8
     )
-    transmission_bounces: IntProperty(
-        name='Transmission',
-        description='Passages of light through glass and other surfaces on its way at most',
-        default=12,
-        min=0,
-        max=BOUNCES_MAX,
-        soft_max=32,
-        update=tag_scene,
-    )
-    transparent_bounces: IntProperty(
-        name='Transparent',
-        description=f'Transparent surfaces that a ray may cross at most; the next one stops it. {AS_CYCLES}',
-        default=8,
-        min=0,
-        max=BOUNCES_MAX,
-        soft_max=32,
-        update=tag_scene,
-    )
-    use_adaptive_sampling: BoolProperty(
-        name='Noise Threshold',
-        description='Stop early in the parts of the image whose noise is already below the threshold',
-        default=False,
-        update=tag_scene,
+    use_adaptive_sampling: switch(
+        'Noise Threshold', 'Stop early in the parts of the image whose noise is already below the threshold'
     )
     noise_threshold: FloatProperty(
         name='Noise Threshold',
@@ -219,25 +176,13 @@ class CotorraSceneSettings(bpy.types.PropertyGroup):
         precision=4,
         update=tag_scene,
     )
-    adaptive_min_samples: IntProperty(
-        name='Min Samples',
-        description='Samples that each pixel takes before its noise is judged. 0 chooses by the threshold',
-        default=0,
-        min=0,
-        max=SAMPLES_MAX,
-        soft_max=4096,
-        update=tag_scene,
+    adaptive_min_samples: count(
+        'Min Samples', 'Samples that each pixel takes before its noise is judged. 0 chooses by the threshold', 0
     )
 
     # The Rendered viewport
-    preview_samples: IntProperty(
-        name='Viewport Samples',
-        description='Paths that start in each pixel of the viewport. 0 goes on for as long as it is shown',
-        default=1024,
-        min=0,
-        max=SAMPLES_MAX,
-        soft_max=4096,
-        update=tag_scene,
+    preview_samples: count(
+        'Viewport Samples', 'Paths that start in each pixel of the viewport. 0 goes on for as long as it is shown', 1024
     )
     use_preview_adaptive_sampling: switch(
         'Viewport Noise Threshold', 'Stop early in the parts of the viewport whose noise is below the threshold', True
@@ -252,45 +197,21 @@ class CotorraSceneSettings(bpy.types.PropertyGroup):
         precision=4,
         update=tag_scene,
     )
-    preview_adaptive_min_samples: IntProperty(
-        name='Viewport Min Samples',
-        description='Samples that each pixel takes before its noise is judged. 0 chooses by the threshold',
-        default=0,
-        min=0,
-        max=SAMPLES_MAX,
-        soft_max=4096,
-        update=tag_scene,
+    preview_adaptive_min_samples: count(
+        'Viewport Min Samples',
+        'Samples that each pixel takes before its noise is judged. 0 chooses by the threshold',
+        0,
     )
     use_preview_denoising: switch('Viewport Denoise', 'Take the noise out of the viewport with OpenImageDenoise')
-    preview_denoising_start_sample: IntProperty(
-        name='Start Sample',
-        description='Samples that the viewport takes before it is denoised',
-        default=1,
-        min=0,
-        max=SAMPLES_MAX,
-        soft_max=128,
-        update=tag_scene,
+    preview_denoising_start_sample: count(
+        'Start Sample', 'Samples that the viewport takes before it is denoised', 1, soft_max=128
     )
-    preview_denoising_inputs: EnumProperty(
-        name='Passes',
-        description='What tells noise from detail',
-        items=DENOISING_INPUTS,
-        default='RGB_ALBEDO',
-        update=tag_scene,
+    preview_denoising_inputs: choice('Passes', 'What tells noise from detail', DENOISING_INPUTS, 'RGB_ALBEDO')
+    preview_denoising_prefilter: choice(
+        'Prefilter', 'What is done about noise in albedo and normal', DENOISING_PREFILTERS, 'FAST'
     )
-    preview_denoising_prefilter: EnumProperty(
-        name='Prefilter',
-        description='What is done about noise in albedo and normal',
-        items=DENOISING_PREFILTERS,
-        default='FAST',
-        update=tag_scene,
-    )
-    preview_denoising_quality: EnumProperty(
-        name='Quality',
-        description='Quality of the denoised viewport against time',
-        items=DENOISING_QUALITIES,
-        default='FAST',
-        update=tag_scene,
+    preview_denoising_quality: choice(
+        'Quality', 'Quality of the denoised viewport against time', DENOISING_QUALITIES, 'FAST'
     )
     preview_pause: switch('Pause Preview', 'Leave the Rendered viewport as it is')
 
@@ -364,27 +285,11 @@ class CotorraSceneSettings(bpy.types.PropertyGroup):
     use_denoising: switch(
         'Denoise', 'Take the noise out of the picture with OpenImageDenoise, once it is rendered', True
     )
-    denoising_inputs: EnumProperty(
-        name='Passes',
-        description='What tells noise from detail',
-        items=DENOISING_INPUTS,
-        default='RGB_ALBEDO_NORMAL',
-        update=tag_scene,
+    denoising_inputs: choice('Passes', 'What tells noise from detail', DENOISING_INPUTS, 'RGB_ALBEDO_NORMAL')
+    denoising_prefilter: choice(
+        'Prefilter', 'What is done about noise in albedo and normal', DENOISING_PREFILTERS, 'ACCURATE'
     )
-    denoising_prefilter: EnumProperty(
-        name='Prefilter',
-        description='What is done about noise in albedo and normal',
-        items=DENOISING_PREFILTERS,
-        default='ACCURATE',
-        update=tag_scene,
-    )
-    denoising_quality: EnumProperty(
-        name='Quality',
-        description='Quality of the denoised picture against time',
-        items=DENOISING_QUALITIES,
-        default='HIGH',
-        update=tag_scene,
-    )
+    denoising_quality: choice('Quality', 'Quality of the denoised picture against time', DENOISING_QUALITIES, 'HIGH')
 
     # One model for everything
     use_model_override: switch('Model Override', 'Render all materials with one reflection model, to compare models')
@@ -457,12 +362,11 @@ class CotorraSceneSettings(bpy.types.PropertyGroup):
     outline_depth: switch('Depth', 'Lines where the distance jumps', True)
     outline_object: switch('Object', 'Lines between objects', True)
 
-    health: EnumProperty(
-        name='Numerical Health',
-        description='Whether bad samples are counted, on the CPU, and what becomes of a render that has some',
-        items=HEALTHS,
-        default='OFF',
-        update=tag_scene,
+    health: choice(
+        'Numerical Health',
+        'Whether bad samples are counted, on the CPU, and what becomes of a render that has some',
+        HEALTHS,
+        'OFF',
     )
 
     # Film
