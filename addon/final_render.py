@@ -22,7 +22,7 @@ from .reporter import Reporter, position_in_frame
 from .shader.ops import tables
 from .sync import changes, stores
 
-POLL_SECONDS = 0.05
+POLL_SECONDS = 0.02
 
 # Pictures in between: the first soon, the next ones less and less often, and never for more than 1/20 of the time.
 FIRST_PICTURE_SECONDS = 0.3

@@ -34,6 +34,7 @@ def room(name: str, socket: str, value: float) -> bpy.types.Scene:
     they are read.
     """
     scene = build.new_scene()
+    scene.cotorra.use_denoising = scene.cotorra.use_reweighting = False  # samples are counted in pixels
     camera = build.camera(scene, type='ORTHO', ortho_scale=1.5)
     camera.location = (0.0, 0.0, 5.0)
     floor = build.mesh_object(scene, 'Floor', vertices=[], faces=[])

@@ -72,8 +72,8 @@ double test_light_tree(std::size_t lights, float size, const float *p, std::size
   double worst = 0.0;
   for (std::size_t k = 0; k < samples; ++k) {
     float probability;
-    const uint light =
-        light_tree_pick(scene, at, root, number(random, 0.0f, 0.99999994f), number(random, 0.0f, 1.0f), probability);
+    float u = number(random, 0.0f, 0.99999994f);
+    const uint light = light_tree_pick(scene, at, root, u, number(random, 0.0f, 1.0f), probability);
     const std::size_t i = light == INVALID_ID ? lights : light & LIGHT_CHILD_INDEX;
     found[i] += 1.0;
     if (i < lights) worst = std::max(worst, std::abs(static_cast<double>(probability) / chance[i] - 1.0));
