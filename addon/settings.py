@@ -84,7 +84,8 @@ def reweights(scene: bpy.types.Scene) -> bool:
 
 def reweighting(scene: bpy.types.Scene, log: Log) -> float:
     """How strictly; 0: not at all."""
-    return _number(scene.cotorra, 'reweighting_strength', scene, log) if reweights(scene) else 0.0
+    strength = _number(scene.cotorra, 'reweighting_strength', scene, log)
+    return strength if reweights(scene) else 0.0
 
 
 def _white(scene: bpy.types.Scene) -> float:

@@ -187,6 +187,7 @@ def test_box_room(engine, name, tmp_path):
     scene.world = None
     scene.cotorra.integrator = 'DIRECT'
     scene.cotorra.samples = 1
+    scene.cotorra.use_denoising = scene.cotorra.use_reweighting = False
     scene.cotorra.use_model_override = True
     for key, value in MODELS[name].items():
         setattr(scene.cotorra.model_override, key, value)
