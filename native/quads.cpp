@@ -7,9 +7,16 @@
 namespace cotorra {
 namespace {
 
+// Are all vertices somewhere? Nobody meets a triangle with one that is nowhere, nor a quadrilateral.
+bool is_somewhere(std::span<const vec3> positions, uvec3 t) {
+  const vec3 sum = abs(positions[t.x]) + abs(positions[t.y]) + abs(positions[t.z]);
+  return sum.x + sum.y + sum.z < INFINITE_DISTANCE;
+}
+
 // The quadrilateral of triangles i and j, if they share an edge that both run along as a surface has it.
-bool pair(std::span<const uvec3> triangles, std::size_t i, std::size_t j, Quad &quad) {
+bool pair(std::span<const uvec3> triangles, std::span<const vec3> positions, std::size_t i, std::size_t j, Quad &quad) {
   const uvec3 s = triangles[i], t = triangles[j];
+  if (!is_somewhere(positions, s) || !is_somewhere(positions, t)) return false;
   const std::array<uint, 3> a = {s.x, s.y, s.z}, b = {t.x, t.y, t.z};
   for (uint k = 0; k < 3; ++k) {
     const uint from = a[(k + 1) % 3], to = a[(k + 2) % 3];
@@ -73,7 +80,7 @@ void pair_rest(std::span<const uvec3> triangles, std::span<const vec3> positions
       if (entries[k].high != longest.high || taken[j]) continue;
       const auto others = edges_of(j);
       const float most = std::max_element(others.begin(), others.end(), shorter)->length2;
-      if (!(most <= kLonger * longest.length2) || !pair(triangles, i, j, quad)) continue;
+      if (!(most <= kLonger * longest.length2) || !pair(triangles, positions, i, j, quad)) continue;
       taken[j] = true;
       break;
     }
@@ -106,7 +113,7 @@ std::vector<Quad> pair_triangles(std::span<const uvec3> triangles, std::span<con
   std::vector<uint> left;
   for (std::size_t i = 0; i < count; ++i) {
     Quad quad;
-    if (i + 1 < count && pair(triangles, i, i + 1, quad)) {
+    if (i + 1 < count && pair(triangles, positions, i, i + 1, quad)) {
       quads.push_back(quad);
       ++i;
     } else {
