@@ -71,11 +71,11 @@ def submissions(module: ModuleType, job: vulkan_jobs.Job) -> int:
                 while not session.wait(1.0):
                     pass
             except module.DeviceError:
-                if 1 < session.samples_done() < SAMPLES:  # adaptive sampling, see below, takes two at least
+                if 4 <= session.samples_done() < SAMPLES:  # another run may have fewer, and two are needed below
                     return count
             else:
                 break
-    raise AssertionError('no number of submissions loses the device between the second sample and the last')
+    raise AssertionError('no number of submissions loses the device between the fourth sample and the last')
 
 
 def mean(image: Path) -> float:
@@ -93,7 +93,7 @@ def test_samples_are_kept_and_the_cpu_goes_on(module: ModuleType, monkeypatch: p
         while not session.wait(1.0):
             pass
     done = session.samples_done()
-    assert 1 < done < SAMPLES
+    assert 2 <= done < SAMPLES  # adaptive sampling, which stands in below, takes two
     # Adaptive sampling that is content with any noise stops there, and draws the numbers of all samples until then.
     settings = {'adaptive': True, 'noise_threshold': 1e9, 'adaptive_min_samples': done}
     early = dataclasses.replace(job, settings=dataclasses.replace(job.settings, **settings))
