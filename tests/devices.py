@@ -9,8 +9,10 @@ from __future__ import annotations
 import cotorra_native
 import pytest
 
+# A whole build has many sets of kernels: one that lost those that count must not be skipped.
+_SETS = {tuple(names) for _, names in cotorra_native.kernels()}
 counts_bad_samples = pytest.mark.skipif(
-    not any('numerical health' in names for _, names in cotorra_native.kernels()),
+    len(_SETS) == 1 and not any('numerical health' in names for names in _SETS),
     reason='this build has no kernels that count bad samples (COTORRA_FEATURE_SETS without health)',
 )
 

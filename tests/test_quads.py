@@ -10,10 +10,9 @@ import itertools
 
 import numpy as np
 import pytest
-from embreex.mesh_construction import TriangleMesh
-from embreex.rtcore_scene import EmbreeScene
 
 import classic_scenes as classic
+from embree_oracle import embree_hits
 
 
 def patches(seed: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -50,14 +49,7 @@ def test_hits_of_pairs_are_those_of_their_triangles(shuffled: bool) -> None:
     run = classic.session(classic.scene([shape], world=(1.0, 1.0, 1.0)), view, 'DIRECT', passes=('normal',))
     ours = classic.read(run, view, 'normal').astype(float)
 
-    oracle = EmbreeScene(robust=True)
-    TriangleMesh(oracle, vertices.astype(np.float32), triangles.astype(np.int32))
-    left, right, low, high = view.window
-    x = left + (right - left) * (np.arange(size[0]) + 0.5) / size[0]
-    y = low + (high - low) * (np.arange(size[1]) + 0.5) / size[1]
-    origins = np.stack([*np.meshgrid(x, y), np.full(size[::-1], 4.0)], axis=-1).reshape(-1, 3).astype(np.float32)
-    towards = np.broadcast_to(np.array([0.0, 0.0, -1.0], np.float32), origins.shape).copy()
-    found = oracle.run(origins, towards, output=1)
+    found = embree_hits(vertices, triangles, view)
     prim, u, v = found['primID'], found['u'][:, None], found['v'][:, None]
     a, b, c = (normals[triangles[prim, corner]] for corner in range(3))
     smooth = a * (1.0 - u - v) + b * u + c * v

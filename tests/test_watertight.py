@@ -12,10 +12,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from embreex.mesh_construction import TriangleMesh
-from embreex.rtcore_scene import EmbreeScene
 
 import classic_scenes as classic
+from embree_oracle import embree_hits
 
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent / 'scripts'))
 from charting.stability_transport import icosphere, leaked
@@ -74,14 +73,7 @@ def test_hits_are_those_of_embrees_own_interface(seed: int) -> None:
     )
     depth = classic.read(run, view, 'depth')[..., 0].astype(float)
 
-    oracle = EmbreeScene(robust=True)
-    TriangleMesh(oracle, vertices.astype(np.float32), triangles.astype(np.int32))
-    left, right, low, high = view.window
-    x = left + (right - left) * (np.arange(size[0]) + 0.5) / size[0]
-    y = low + (high - low) * (np.arange(size[1]) + 0.5) / size[1]
-    origins = np.stack([*np.meshgrid(x, y), np.full(size[::-1], 4.0)], axis=-1).reshape(-1, 3).astype(np.float32)
-    towards = np.broadcast_to(np.array([0.0, 0.0, -1.0], np.float32), origins.shape).copy()
-    found = oracle.run(origins, towards, output=1)
+    found = embree_hits(vertices, triangles, view)
     met, far = found['primID'].reshape(depth.shape) != -1, found['tfar'].reshape(depth.shape)
 
     ours = depth < 1e9

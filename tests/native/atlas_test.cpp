@@ -81,16 +81,23 @@ double test_light_tree(std::size_t lights, float size, const float *p, std::size
   return worst;
 }
 
-// A world of these cells' brightness: `samples` directions, (x, y, z) each, their pdf as they were drawn and as rays of
-// the same directions are told; u: two numbers for each.
-void test_world(const float *cells, std::uint32_t width, std::uint32_t height, const vec2 *u, std::size_t samples,
-                vec3 *directions, float *drawn, float *told) {
-  std::vector<float> table(std::size_t{width} * height + height);
+static SceneData scene_of_world(const float *cells, std::uint32_t width, std::uint32_t height,
+                                std::vector<float> &table) {
+  table.resize(std::size_t{width} * height + height);
   cumulate_world({cells, std::size_t{width} * height}, width, height, table.data());
   SceneData scene{};
   scene.world_table = {table.data()};
   scene.world_width = width;
   scene.world_height = height;
+  return scene;
+}
+
+// A world of these cells' brightness: `samples` directions, (x, y, z) each, their pdf as they were drawn and as rays of
+// the same directions are told; u: two numbers for each.
+void test_world(const float *cells, std::uint32_t width, std::uint32_t height, const vec2 *u, std::size_t samples,
+                vec3 *directions, float *drawn, float *told) {
+  std::vector<float> table;
+  const SceneData scene = scene_of_world(cells, width, height, table);
   for (std::size_t i = 0; i < samples; ++i) {
     directions[i] = world_sample(scene, u[i], drawn[i]);
     told[i] = world_pdf(scene, directions[i]);
@@ -100,12 +107,8 @@ void test_world(const float *cells, std::uint32_t width, std::uint32_t height, c
 // What the table of that world gives rays, for these directions.
 void test_world_pdf(const float *cells, std::uint32_t width, std::uint32_t height, const vec3 *directions,
                     std::size_t count, float *told) {
-  std::vector<float> table(std::size_t{width} * height + height);
-  cumulate_world({cells, std::size_t{width} * height}, width, height, table.data());
-  SceneData scene{};
-  scene.world_table = {table.data()};
-  scene.world_width = width;
-  scene.world_height = height;
+  std::vector<float> table;
+  const SceneData scene = scene_of_world(cells, width, height, table);
   for (std::size_t i = 0; i < count; ++i) told[i] = world_pdf(scene, directions[i]);
 }
 }
