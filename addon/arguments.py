@@ -43,11 +43,16 @@ def whole(lowest: int, highest: int) -> Any:
     return read
 
 
-def seconds(text: str) -> float:
+def amount(text: str) -> float:
+    """A number; -1 where it is none."""
     try:
-        number = float(text)
+        return float(text)
     except ValueError:
-        number = -1.0
+        return -1.0
+
+
+def seconds(text: str) -> float:
+    number = amount(text)
     if not 0.0 <= number <= choices.SECONDS_MAX:
         raise argparse.ArgumentTypeError(f'{text!r} is no time from 0 to {choices.SECONDS_MAX:g} s')
     return number
@@ -56,10 +61,7 @@ def seconds(text: str) -> float:
 def strength(text: str) -> float:
     """A type of argument: how strictly fireflies are held back, 0 for not at all."""
     most = choices.REWEIGHTING_MAX
-    try:
-        number = float(text)
-    except ValueError:
-        number = -1.0
+    number = amount(text)
     if not (number == 0.0 or 1.0 / most <= number <= most):
         raise argparse.ArgumentTypeError(f'{text!r} is neither 0 nor from {1.0 / most:g} to {most:g}')
     return number
@@ -67,10 +69,7 @@ def strength(text: str) -> float:
 
 def percent(text: str) -> float:
     least, most = choices.TOLERANCES
-    try:
-        number = float(text)
-    except ValueError:
-        number = -1.0
+    number = amount(text)
     if not least <= number <= most:
         raise argparse.ArgumentTypeError(f'{text!r} is not from {least:g} to {most:g} %')
     return number

@@ -12,7 +12,7 @@ from typing import Any
 
 import bpy
 import pytest
-from cotorra import choices, cycles_settings, devices, native, stats, ui
+from cotorra import choices, cycles_settings, devices, native, settings, stats, ui
 from cotorra.ui import render_panels, sampling_presets, warnings_panel
 
 from scenes import build
@@ -373,3 +373,4 @@ def test_a_preset_of_sampling_holds(name):
     scene.cycles.samples = 7
     exec(compile(path.read_text(encoding='utf-8'), str(path), 'exec'), {})
     assert cycles_settings.inherited(scene, 'samples') == scene.cotorra.samples != 7
+    assert settings.reweights(scene) == (name != 'reference')

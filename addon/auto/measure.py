@@ -109,7 +109,8 @@ def noise(pictures: Pictures, samples: int, mean: float, fewer: tuple[Pictures, 
 def expected_error(pictures: Pictures) -> NDArray[np.float64]:
     """What `film_error` (kernels/film.h) expects of each pixel after as many samples as each picture has, (P,).
 
-    It sums over the channels what all samples and every second one differ by: half of what two independent halves do.
+    It sums over the channels what all samples and the first half of them differ by: half of what two independent halves
+    do.
     Two pictures of n samples differ by as much as halves of 2 n samples, whose halves differ by sqrt(2) less than those
     of n do.
     """

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Presets of sampling, in the header of its panel: samples, noise threshold, time limit and denoising together.
+"""Presets of sampling, in the header of its panel: samples, noise threshold, time limit, denoising, weights of
+fireflies.
 
 A preset takes the settings away from Cycles', or it would change nothing that holds.
 """
@@ -24,6 +25,8 @@ SETTINGS = (
     'denoising_inputs',
     'denoising_prefilter',
     'denoising_quality',
+    'use_reweighting',
+    'reweighting_strength',
 )
 
 

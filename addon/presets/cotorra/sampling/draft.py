@@ -11,3 +11,4 @@ own.noise_threshold = 0.1
 own.adaptive_min_samples = 0
 own.use_denoising = True
 own.denoising_quality = 'FAST'
+own.use_reweighting = True

@@ -11,3 +11,4 @@ own.noise_threshold = 0.02
 own.adaptive_min_samples = 0
 own.use_denoising = True
 own.denoising_quality = 'HIGH'
+own.use_reweighting = True

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What other pictures are compared with: no denoiser touches it."""
+"""What other pictures are compared with: no denoiser touches it, and no weights of fireflies."""
 
 import bpy
 
@@ -11,3 +11,4 @@ own.noise_threshold = 0.002
 own.adaptive_min_samples = 0
 own.use_denoising = False
 own.denoising_quality = 'HIGH'
+own.use_reweighting = False
