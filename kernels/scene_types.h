@@ -40,6 +40,8 @@ const uint FEATURE_LIGHT_TREE = 2097152u;  // lights are picked by a tree: meshe
 const uint FEATURE_LIGHT_LINKING = 4194304u;  // some lights light, or are shadowed by, some objects alone
 const uint FEATURE_REWEIGHTING =
     8388608u;  // bright samples are kept apart (reweighting.h); the CPU asks batch by batch
+const uint FEATURE_SHARING =
+    16777216u;  // samples count for all pixels whose filter reaches them (sharing.h); the CPU asks batch by batch
 
 // ---- Ray visibility, as Blender's visible_* flags; also Embree's ray masks.
 const uint VISIBLE_CAMERA = 1u;
@@ -423,7 +425,7 @@ RECORD(SceneData) {
   InstanceBuffer instances;
   EmitterBuffer emitters;
   FloatBuffer albedo;  // tables of bsdf_tables.h
-  FloatBuffer filter_table;  // inverse CDF of the pixel filter
+  FloatBuffer filter_table;  // inverse CDF of the pixel filter, then its density from the middle
   MaterialModelBuffer models;  // [materials]; null where all are Principled and the integrator asks for nothing
   ClassicBuffer classic;  // by material
   uint light_count;

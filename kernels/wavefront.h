@@ -12,6 +12,7 @@
 #include "occlusion.h"
 #include "outline.h"
 #include "reweighting.h"
+#include "sharing.h"
 #include "toon.h"
 #include "whitted.h"
 
@@ -43,7 +44,9 @@ struct WavePixel {
   uint x;  // in the whole picture
   uint y;
   uint block_seed;  // of the tile that the pixel lies in
-  uint unused;
+  // Where pixels share samples: which of those around are sampled too (sharing.h), and where film_places has this one.
+  uint sampled;
+  uint place;
 };
 
 // What a sample tells beside its light, for passes; of a pixel: sums over its samples, and the first five of the sample
@@ -54,11 +57,11 @@ struct WaveRecord {
   float object_index;
   float material_index;
   float distance2;  // to the pixel's centre
-  float hit;        // 1: there is a surface
+  float hit;  // 1: there is a surface
   vec3 normal;
   float uv_coverage;
   vec3 diffuse_color;
-  float lit;         // luminance that arrived at the first surface
+  float lit;  // luminance that arrived at the first surface
   vec3 emission;
   float unshadowed;  // that would have arrived
   vec3 environment;
@@ -72,7 +75,7 @@ struct WaveRecord {
 // more than levels of the recursion, and one.
 struct WaveTree {
   uint pending;  // rays that wait
-  uint medium;   // material that the ray under way runs inside of, INVALID_ID: none that absorbs
+  uint medium;  // material that the ray under way runs inside of, INVALID_ID: none that absorbs
 };
 
 // The terms of the first surface's highlight; of a pixel: sums over its samples.
@@ -107,6 +110,7 @@ BUFFER_RW(OutlinePoint, OutlinePointRwBuffer)
 BUFFER_RW(OutlineSums, OutlineSumsRwBuffer)
 BUFFER_RW(FilmPixel, FilmPixelRwBuffer)
 BUFFER_RW(BrightSum, BrightSumRwBuffer)
+BUFFER_RW(SharedSum, SharedSumRwBuffer)
 
 struct AccelerationData {
   TracedGeometryBuffer geometries;
@@ -140,6 +144,11 @@ struct WaveData {
   Vec3RwBuffer film_groups;
   Vec3RwBuffer film_lamps;
   WaveTermsRwBuffer film_terms;
+  // Where pixels share samples: what each pixel's add to its window of pixels, and then what the pixels got.
+  SharedSumRwBuffer film_shares;
+  SharedSumRwBuffer film_shared;
+  UintRwBuffer film_places;  // pixels of this list, by tile_side x tile_side places for each tile
+  uint tile_side;
   JobData job;
   uint lanes;  // there are
   uint sample_bits;
@@ -155,14 +164,14 @@ struct WavePush {
   uint sample_count;
   uint bounce;
   uint light_slots;  // shadow rays that a lane may send to lights at this vertex
-  uint sky_slot;     // place of the one that it sends to the sky, INVALID_ID: none
-  uint queue;        // prepare.comp: which is to be dispatched over
+  uint sky_slot;  // place of the one that it sends to the sky, INVALID_ID: none
+  uint queue;  // prepare.comp: which is to be dispatched over
   uint outline_ray;  // outline.comp: which has been traced
   uint unused;
 };
 
 #ifdef __cplusplus
-static_assert(sizeof(WavePixel) == 16 && sizeof(WaveRecord) == 128 && sizeof(WaveTree) == 8 &&
+static_assert(sizeof(WavePixel) == 20 && sizeof(WaveRecord) == 128 && sizeof(WaveTree) == 8 &&
               sizeof(WaveTerms) == 20 && sizeof(WavePush) == 48 && sizeof(TracedGeometry) == 8);
 }  // namespace cotorra
 #endif

@@ -9,6 +9,7 @@
 
 #include "../kernels/occlusion.h"
 #include "../kernels/outline.h"
+#include "../kernels/sharing.h"
 #include "../kernels/toon.h"
 #include "../kernels/whitted.h"
 #include "alpha_filter.h"
@@ -92,6 +93,14 @@ struct ClassicLanes {
   Array<OutlineSums, kLanes> sums;
 };
 
+// Where pixels share their samples: those of a tile, and two around it that windows reach and nobody samples.
+struct SharingLanes {
+  std::size_t stride = 0;
+  std::vector<std::uint8_t> sampled;  // 1: is sampled
+  std::vector<SharedSum> sums;
+  std::size_t middle() const { return (SHARING_SIDE / 2) * (stride + 1); }  // the tile's first pixel
+};
+
 struct ProgramLanes;
 
 // The paths of a batch. Lanes are compacted at each vertex: `slot` tells which sample a lane belongs to.
@@ -125,6 +134,7 @@ struct Batch final : Workspace {
   bool recording = false;
   // What a call adds to the tile, kept apart so that a cancelled call leaves nothing half done.
   FilmTile staged;
+  SharingLanes sharing;
   std::unique_ptr<ClassicLanes> classic;
   std::unique_ptr<ProgramLanes> programs;  // where a material varies
   Array<SurfaceShading, FEATURE(FEATURE_PROGRAMS) ? kLanes : 1> shaded;

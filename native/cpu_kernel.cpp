@@ -60,7 +60,7 @@ class Renderer {
       lanes = bounce_rays(lanes, bounce);
       counts_.bounce += static_cast<std::uint64_t>(lanes);
     }
-    stage_samples(tracer_, pixels, per_pixel);
+    stage_samples(tracer_, pixels, static_cast<std::size_t>(tile.width), per_pixel);
     if ((job_.features & FEATURE_REWEIGHTING) != 0u) stage_bright(tracer_, pixels, per_pixel);
   }
 
@@ -475,6 +475,7 @@ bool render_staged(const RenderJob &job, const FilmTile &tile, std::uint32_t fir
   const int x_offset = job.region_x + tile.x0;
   const int y_offset = job.region_y + tile.y0;
   batch.staged.clear_as(tile);
+  if (job.passes.shared) begin_sharing(tile, batch.sharing);
   Renderer renderer(job, batch, counts, x_offset, y_offset);
   const std::span<const std::uint16_t> pixels(tile.to_sample());
   // Samples of one pixel lie side by side in a packet, so that its rays stay together.
@@ -488,6 +489,7 @@ bool render_staged(const RenderJob &job, const FilmTile &tile, std::uint32_t fir
                       first + done, samples);
     }
   }
+  if (job.passes.shared) end_sharing(batch.sharing, batch.staged, tile);
   return true;
 }
 

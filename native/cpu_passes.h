@@ -6,6 +6,7 @@
 #include "../kernels/denoising.h"
 #include "cpu_camera.h"
 #include "cpu_health.h"
+#include "cpu_sharing.h"
 #include "cpu_visibility.h"
 
 namespace cotorra {
@@ -26,16 +27,21 @@ vec3 count_clamped(vec3 light, float limit, bool caustic, RayCounts &counts) {
 }
 
 // Adds the samples to their pixels.
-void stage_samples(const Tracer &t, std::span<const std::uint16_t> pixels, uint per_pixel) {
+void stage_samples(const Tracer &t, std::span<const std::uint16_t> pixels, std::size_t tile_width, uint per_pixel) {
   Batch &b = t.batch;
   const RenderJob &job = t.job;
+  const bool shared = job.passes.shared;
   std::size_t slot = 0;
   for (const std::uint16_t pixel : pixels) {
     FilmPixel sum{vec3(0.0f), 0.0f};
+    const std::size_t corner = shared ? sharing_corner(b.sharing, pixel, tile_width) : 0;
+    const uint mask = shared ? sharing_mask(b.sharing, corner) : 0;
     for (uint s = 0; s < per_pixel; ++s, ++slot) {
       vec3 radiance = b.radiance[slot];
       const bool finite = film_add(sum, radiance, b.alpha[slot]);
       t.counts.rejected += finite ? 0u : 1u;
+      if (shared)
+        share_sample(job, b.sharing, corner, mask, vec2(b.u[slot], b.v[slot]), radiance, film_number(b.alpha[slot]));
       if (FEATURE(FEATURE_HEALTH) && !finite) note_bad(t, slot, {BAD_NOT_FINITE, HEALTH_UNKNOWN});
       if (FEATURE(FEATURE_LIGHT_GROUPS) && finite) {
         const std::size_t n = job.passes.light_groups;

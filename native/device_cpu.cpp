@@ -10,7 +10,8 @@ namespace {
 
 class CpuDevice final : public Device {
  public:
-  explicit CpuDevice(const RenderJob &job) : kernel_(choose_cpu_kernel(job.features & ~FEATURE_REWEIGHTING)) {}
+  explicit CpuDevice(const RenderJob &job)
+      : kernel_(choose_cpu_kernel(job.features & ~(FEATURE_REWEIGHTING | FEATURE_SHARING))) {}
 
   int threads(int wanted) const override {
     return std::clamp(wanted > 0 ? wanted : static_cast<int>(std::thread::hardware_concurrency()), 1, 1024);

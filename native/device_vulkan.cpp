@@ -18,8 +18,7 @@ constexpr std::uint32_t kFeatures =
     FEATURE_SPECULAR | FEATURE_BSDF_RAYS | FEATURE_DATA_PASSES | FEATURE_LIGHT_GROUPS | FEATURE_LIGHT_SHAPES |
     FEATURE_MODELS | FEATURE_TRANSPARENCY | FEATURE_PROGRAMS | FEATURE_TERMS | FEATURE_OCCLUSION | FEATURE_LOBES |
     FEATURE_WHITTED | FEATURE_TOON | FEATURE_WORLD_LIGHT | FEATURE_AREA_LIGHTS | FEATURE_LIGHT_TREE |
-    FEATURE_LIGHT_LINKING | FEATURE_REWEIGHTING;
-constexpr std::size_t kLargestTile = 32 * 32;  // pixels; a session's tiles may be smaller
+    FEATURE_LIGHT_LINKING | FEATURE_REWEIGHTING | FEATURE_SHARING;
 
 // The device that was asked for, index -1: the first that can. Throws DeviceError with the reasons of those that
 // cannot.
@@ -50,7 +49,7 @@ bool uses_ray_query(const vulkan::Physical &physical, const DeviceChoice &choice
 class VulkanDevice final : public Device {
  public:
   VulkanDevice(std::shared_ptr<const Scene> scene, const RenderJob &job, const DeviceChoice &choice)
-      : scene_(std::move(scene)), choice_(choice) {
+      : scene_(std::move(scene)), passes_(job.passes), choice_(choice) {
     std::string missing;
     for (const std::string &name : feature_names(job.features & ~kFeatures)) {
       missing += (missing.empty() ? "" : ", ") + name;
@@ -65,7 +64,9 @@ class VulkanDevice final : public Device {
   }
 
   int threads(int) const override { return 1; }
-  std::size_t tiles_at_once() const override { return vulkan::film_pixels_at_once(physical_) / kLargestTile; }
+  std::size_t tiles_at_once() const override {
+    return vulkan::film_pixels_at_once(physical_, passes_) / vulkan::kTilePixels;
+  }
 
   std::uint64_t workspace_bytes() const override { return scene_->stats().bytes; }  // a copy, on its way to the card
   std::unique_ptr<Workspace> make_workspace(const RenderJob &job) override {
@@ -88,6 +89,7 @@ class VulkanDevice final : public Device {
 
  private:
   std::shared_ptr<const Scene> scene_;
+  PassSelection passes_;
   DeviceChoice choice_;
   std::shared_ptr<vulkan::Instance> instance_;
   vulkan::Physical physical_;

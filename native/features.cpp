@@ -43,6 +43,7 @@ constexpr Feature kFeatures[] = {
     {FEATURE_HEALTH, "numerical health", "nobody counts bad samples"},
     {FEATURE_LIGHT_LINKING, "light linking", "no light is linked to objects"},
     {FEATURE_REWEIGHTING, "reweighting", "fireflies are not held back by their weight"},
+    {FEATURE_SHARING, "sharing", "each sample counts for its own pixel alone"},
     {FEATURE_LIGHT_TREE, "light tree", "no mesh emits, and there are few lamps: each is sampled"},
 };
 

@@ -31,8 +31,10 @@ std::vector<std::uint16_t> morton_order(int width, int height) {
 // Of a pixel with its passes.
 std::uint64_t pixel_bytes(const PassSelection &passes) {
   const auto if_kept = [](bool kept, std::size_t bytes) { return kept ? bytes : 0; };
-  return sizeof(FilmPixel) + if_kept(passes.bright, BRIGHT_CASCADES * sizeof(BrightSum)) +
-         if_kept(passes.error, sizeof(NoiseMarks) + sizeof(std::uint32_t) + sizeof(std::uint16_t)) +
+  return sizeof(FilmPixel) + if_kept(passes.shared, sizeof(SharedSum)) + if_kept(passes.mixed, sizeof(NoiseMarks)) +
+         if_kept(passes.bright, BRIGHT_CASCADES * sizeof(BrightSum)) +
+         if_kept(passes.error || passes.mixed, sizeof(NoiseMarks)) +
+         if_kept(passes.error, sizeof(std::uint32_t) + sizeof(std::uint16_t)) +
          if_kept(passes.nearest, sizeof(NearestRecord)) + if_kept(passes.surface, sizeof(SurfaceRecord)) +
          if_kept(passes.features, sizeof(FeatureRecord)) + if_kept(passes.emission, sizeof(vec3)) +
          if_kept(passes.environment, sizeof(vec3)) + if_kept(passes.shadow, sizeof(ShadowRecord)) +
@@ -57,9 +59,9 @@ float per_sample(const FilmTile &t, std::size_t i) {
 Reader reader_of(const std::string &pass, const PassSelection &has, bool transparent) {
   if (pass == "combined" || pass == "unweighted") {
     return [transparent](const FilmTile &t, std::size_t i, float *out) {
-      const float s = per_sample(t, i);
-      write(t.pixels[i].radiance * s, out);
-      out[3] = transparent ? t.pixels[i].alpha * s : 1.0f;
+      const FilmPixel mean = t.mean(i);
+      write(mean.radiance, out);
+      out[3] = transparent ? mean.alpha : 1.0f;
     };
   }
   if (pass == "sample_count") {
@@ -159,6 +161,7 @@ std::uint32_t numbered_pass(const std::string &pass, const std::string &kind) {
 
 void FilmTile::clear_as(const FilmTile &tile) {
   pixels.assign(tile.pixels.size(), FilmPixel{vec3(0.0f), 0.0f});
+  shared.assign(tile.shared.size(), SharedSum{{vec3(0.0f), 0.0f}, 0.0f});
   nearest.assign(tile.nearest.size(), NearestRecord{});
   surface.assign(tile.surface.size(), SurfaceRecord{});
   features.assign(tile.features.size(), FeatureRecord{});
@@ -173,11 +176,38 @@ void FilmTile::clear_as(const FilmTile &tile) {
   lamps.assign(tile.lamps.size(), vec3(0.0f));
 }
 
+// Divided, not multiplied: samples of 1 are to have the mean 1.
+FilmPixel FilmTile::shared_mean(std::size_t pixel) const {
+  const SharedSum &sum = shared[pixel];
+  if (!(sum.weight > 0.0f)) return {vec3(0.0f), 0.0f};
+  const vec3 r = sum.film.radiance;
+  return {vec3(r.x / sum.weight, r.y / sum.weight, r.z / sum.weight), sum.film.alpha / sum.weight};
+}
+
+FilmPixel FilmTile::mean(std::size_t pixel) const {
+  const float s = per_sample(*this, pixel);
+  const FilmPixel own{pixels[pixel].radiance * s, pixels[pixel].alpha * s};
+  if (shared.empty()) return own;
+  const FilmPixel all = shared_mean(pixel);
+  const float part = part_shared(pixel);
+  return {own.radiance + (all.radiance - own.radiance) * part, own.alpha + (all.alpha - own.alpha) * part};
+}
+
+std::size_t FilmTile::mix_block(std::size_t pixel) const {
+  const auto w = static_cast<std::size_t>(width), side = static_cast<std::size_t>(kMixSide);
+  return pixel / w / side * ((w + side - 1) / side) + pixel % w / side;
+}
+
 void FilmTile::add(const FilmTile &staged, std::uint32_t count) {
   const std::lock_guard lock(mutex);
   for (const std::uint16_t i : to_sample()) {
     pixels[i].radiance += staged.pixels[i].radiance;
     pixels[i].alpha += staged.pixels[i].alpha;
+    if (!shared.empty()) {
+      shared[i].film.radiance += staged.shared[i].film.radiance;
+      shared[i].film.alpha += staged.shared[i].film.alpha;
+      shared[i].weight += staged.shared[i].weight;
+    }
     if (!samples.empty()) samples[i] += count;
     if (!nearest.empty() && staged.nearest[i].distance2 < nearest[i].distance2) nearest[i] = staged.nearest[i];
     if (!surface.empty()) {
@@ -244,8 +274,10 @@ void Film::make_tiles(int tile_size) {
       auto &order = orders_[{t.width, t.height}];
       if (order.empty()) order = morton_order(t.width, t.height);
       t.order = &order;
+      if (passes.shared) t.shared.assign(n, SharedSum{{vec3(0.0f), 0.0f}, 0.0f});
+      if (passes.error || passes.mixed) t.marks.resize(n);
+      if (passes.mixed || (passes.error && passes.shared)) t.shared_marks.resize(n);
       if (passes.error) {
-        t.marks.resize(n);
         t.samples.assign(n, 0);
         t.pending = order;
       }

@@ -12,8 +12,9 @@
 #include <utility>
 #include <vector>
 
-#include "../kernels/reweighting.h"
 #include "../kernels/language.h"
+#include "../kernels/reweighting.h"
+#include "../kernels/sharing.h"
 
 namespace cotorra {
 
@@ -28,12 +29,16 @@ struct PassSelection {
   bool terms = false;    // D, G, F
   bool error = false;    // adaptive sampling
   bool bright = false;    // Combined with fireflies held back
+  bool shared = false;    // Combined of samples that count for several pixels
+  bool mixed = false;     // or for their own alone, whatever leaves less noise (sharing_mix.h)
   bool features = false;  // Denoising Albedo, Denoising Normal
   bool health = false;    // bad samples
   std::uint32_t light_groups = 0;
   std::uint32_t lamps = 0;  // passes of single lamps
   bool any_data() const { return features || nearest || surface || emission || environment || shadow || occlusion; }
 };
+
+constexpr int kMixSide = 8;  // pixels a side of a block of FilmTile::mix
 
 // Of the camera sample nearest the pixel's centre.
 struct NearestRecord {
@@ -92,8 +97,11 @@ struct FilmTile {
   std::vector<BrightSum> bright;          // [pixel * BRIGHT_CASCADES + cascade]
   std::vector<vec3> groups;               // [pixel * light_groups + group]
   std::vector<vec3> lamps;                // [pixel * lamps + lamp]
-  std::vector<NoiseMarks> marks;          // adaptive sampling
-  std::uint32_t marked = 0;               // adaptive sampling: the number of samples that the last marks have
+  std::vector<SharedSum> shared;          // where pixels share samples: what they get (kernels/sharing.h)
+  std::vector<float> mix;                 // by block: the part of `shared` in Combined, the rest is each pixel's own
+  std::vector<NoiseMarks> marks;          // adaptive sampling, and where `mix` is found
+  std::vector<NoiseMarks> shared_marks;   // of `shared`, means times samples
+  std::uint32_t marked = 0;               // the number of samples that the last marks have
   float error_scale = 1.0f;               // adaptive sampling: of film_error, by how fast the error falls here
   std::vector<std::uint32_t> samples;     // adaptive sampling: taken by each pixel
   std::vector<std::uint16_t> pending;     // adaptive sampling: pixels still to be sampled, along the Morton curve
@@ -105,6 +113,13 @@ struct FilmTile {
   // Adds the sums of `count` samples of each pixel in to_sample().
   void add(const FilmTile &staged, std::uint32_t count);
 
+  // The mean of what samples count for a pixel, where pixels share them.
+  FilmPixel shared_mean(std::size_t pixel) const;
+  // Combined.
+  FilmPixel mean(std::size_t pixel) const;
+  // The part of shared_mean in it.
+  float part_shared(std::size_t pixel) const { return mix.empty() ? 1.0f : mix[mix_block(pixel)]; }
+  std::size_t mix_block(std::size_t pixel) const;
   std::uint32_t samples_of(std::size_t pixel) const { return samples.empty() ? sample_count : samples[pixel]; }
   const std::vector<std::uint16_t> &to_sample() const { return samples.empty() ? *order : pending; }
 };

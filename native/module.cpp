@@ -181,6 +181,7 @@ SettingsInput read_settings(nb::handle settings) {
   in.light_threshold = nb::cast<float>(nb::getattr(settings, "light_threshold"));
   in.reweighting = nb::cast<float>(nb::getattr(settings, "reweighting"));
   in.white = nb::cast<float>(nb::getattr(settings, "white"));
+  in.sharing = nb::cast<bool>(nb::getattr(settings, "sharing"));
   in.reflective_caustics = nb::cast<bool>(nb::getattr(settings, "reflective_caustics"));
   in.refractive_caustics = nb::cast<bool>(nb::getattr(settings, "refractive_caustics"));
   in.adaptive = nb::cast<bool>(nb::getattr(settings, "adaptive"));

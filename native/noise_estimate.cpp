@@ -25,10 +25,21 @@ struct Mark {
   std::uint32_t samples;
 };
 
+// Those of Combined.
+NoiseMarks marks_of(const FilmTile &tile, std::size_t pixel) {
+  NoiseMarks marks = tile.marks[pixel];
+  if (tile.shared_marks.empty()) return marks;
+  const NoiseMarks &all = tile.shared_marks[pixel];
+  const float part = tile.part_shared(pixel);
+  marks.before += (all.before - marks.before) * part;
+  marks.last += (all.last - marks.last) * part;
+  return marks;
+}
+
 // The sums that a pixel's error is measured against: a third to two thirds of its n samples, n > 1.
 Mark mark_of(const FilmTile &tile, std::size_t pixel, std::uint32_t n) {
   const std::uint32_t last = std::bit_floor(n - 1);
-  const NoiseMarks &marks = tile.marks[pixel];
+  const NoiseMarks marks = marks_of(tile, pixel);
   // Nobody has less than one sample.
   return last > 1 && 2 * n < 3 * last ? Mark{marks.before, last / 2} : Mark{marks.last, last};
 }
@@ -39,7 +50,11 @@ void mark_noise(FilmTile &tile, std::uint32_t first) {
   if (!std::has_single_bit(first) || first == tile.marked) return;
   const std::lock_guard lock(tile.mutex);
   tile.marked = first;
-  for (const std::uint16_t i : tile.pending) tile.marks[i] = {tile.marks[i].last, tile.pixels[i].radiance};
+  for (const std::uint16_t i : tile.to_sample()) {
+    tile.marks[i] = {tile.marks[i].last, tile.pixels[i].radiance};
+    if (!tile.shared_marks.empty())
+      tile.shared_marks[i] = {tile.shared_marks[i].last, tile.shared_mean(i).radiance * static_cast<float>(first)};
+  }
 }
 
 void measure_rate(FilmTile &tile, std::uint32_t samples) {
@@ -47,8 +62,8 @@ void measure_rate(FilmTile &tile, std::uint32_t samples) {
   const auto n = static_cast<float>(samples);
   double now = 0.0, before = 0.0;
   for (const std::uint16_t i : tile.pending) {
-    const NoiseMarks &marks = tile.marks[i];
-    now += static_cast<double>(film_error(tile.pixels[i].radiance, n, marks.last, 0.5f * n));
+    const NoiseMarks marks = marks_of(tile, i);
+    now += static_cast<double>(film_error(tile.mean(i).radiance * n, n, marks.last, 0.5f * n));
     before += static_cast<double>(film_error(marks.last, 0.5f * n, marks.before, 0.25f * n));
   }
   if (!(now > 0.0)) return;
@@ -63,8 +78,8 @@ float noise_left(const FilmTile &tile, std::size_t pixel) {
   const std::uint32_t n = tile.samples[pixel];
   if (n < 2) return 0.0f;
   const Mark mark = mark_of(tile, pixel, n);
-  return tile.error_scale *
-         film_error(tile.pixels[pixel].radiance, static_cast<float>(n), mark.sum, static_cast<float>(mark.samples));
+  return tile.error_scale * film_error(tile.mean(pixel).radiance * static_cast<float>(n), static_cast<float>(n),
+                                       mark.sum, static_cast<float>(mark.samples));
 }
 
 // A pixel's own estimate is as wide as it is large, and each look at it another chance to stop too soon; but one that

@@ -15,9 +15,11 @@
 
 #include "../kernels/program/ops.h"
 #include "../kernels/sampling.h"
+#include "../kernels/sharing.h"
 #include "integrators.h"
 #include "memory.h"
 #include "noise_estimate.h"
+#include "sharing_mix.h"
 
 namespace cotorra {
 namespace {
@@ -46,18 +48,21 @@ double filter_weight(const std::string &filter, double place) {
   return 0.35875 - 0.48829 * std::cos(phase) + 0.14128 * std::cos(2.0 * phase) - 0.01168 * std::cos(3.0 * phase);
 }
 
-// Inverse cumulative distribution of a pixel filter over -1..1, at uniform probabilities.
-std::vector<float> filter_inverse_cdf(const std::string &filter) {
+// Of a pixel filter: the inverse cumulative distribution over -1..1, at uniform probabilities; and the filter itself,
+// at places 0..1.
+std::vector<float> make_filter_table(const std::string &filter) {
   constexpr int kSteps = 8192;
   std::vector<double> cdf(kSteps + 1, 0.0);
   for (int i = 0; i < kSteps; ++i) {
     const double place = 2.0 * (i + 0.5) / kSteps - 1.0;
     cdf[static_cast<std::size_t>(i) + 1] = cdf[static_cast<std::size_t>(i)] + filter_weight(filter, place);
   }
-  std::vector<float> table(FILTER_TABLE_SIZE);
+  std::vector<float> table(2 * FILTER_TABLE_SIZE);
   std::size_t j = 0;
-  for (std::size_t i = 0; i < table.size(); ++i) {
-    const double target = cdf.back() * static_cast<double>(i) / static_cast<double>(table.size() - 1);
+  for (std::size_t i = 0; i < FILTER_TABLE_SIZE; ++i) {
+    const double part = static_cast<double>(i) / (FILTER_TABLE_SIZE - 1);
+    table[FILTER_TABLE_SIZE + i] = static_cast<float>(filter_weight(filter, part));
+    const double target = cdf.back() * part;
     while (j + 2 < cdf.size() && cdf[j + 1] < target) ++j;
     const double t = std::clamp((target - cdf[j]) / (cdf[j + 1] - cdf[j]), 0.0, 1.0);
     table[i] = static_cast<float>(2.0 * (static_cast<double>(j) + t) / kSteps - 1.0);
@@ -94,10 +99,18 @@ void see_from(const CameraData &c, const CameraInput &in, SceneData &scene) {
   scene.camera_near = c.clip_start;
 }
 
-PassSelection select_passes(const SettingsInput &settings, std::uint32_t light_groups) {
+// Do pixels' filters reach each other's samples, and no farther than is provided for?
+bool shares_samples(const CameraInput &camera, const SettingsInput &settings) {
+  const float radius = camera.filter_width * filter_reach(camera.filter);
+  return settings.sharing && !(settings.reweighting > 0.0f) && radius > 0.5f && radius <= SHARING_RADIUS;
+}
+
+PassSelection select_passes(const CameraInput &camera, const SettingsInput &settings, std::uint32_t light_groups) {
   PassSelection p;
   p.error = settings.adaptive;
   p.bright = settings.reweighting > 0.0f;
+  p.shared = shares_samples(camera, settings);
+  p.mixed = p.shared && settings.samples >= kMixFrom;
   for (const std::string &name : settings.passes) {
     if (name == "depth" || name == "position" || name == "object_index" || name == "material_index") {
       p.nearest = true;
@@ -165,7 +178,7 @@ Session::Session(std::shared_ptr<const Scene> scene, const CameraInput &camera, 
                  bool restarts)
     : scene_(std::move(scene)),
       settings_(settings),
-      passes_(select_passes(settings, scene_->light_group_count())),
+      passes_(select_passes(camera, settings, scene_->light_group_count())),
       film_(checked(camera).region[2], camera.region[3], tile_size(camera), passes_),
       restarts_(restarts) {
   describe(camera);
@@ -179,9 +192,11 @@ void Session::restart(const CameraInput &camera, const SettingsInput &settings) 
   same.seed = settings_.seed;
   same.noise_threshold = settings_.noise_threshold;
   same.adaptive_min_samples = settings_.adaptive_min_samples;
-  const bool keep = restarts_ && same == settings_ && camera.filter == filter_;  // a card keeps the filter's table
+  // A card keeps the filter's table, and kernels that share samples or do not.
+  const bool keep =
+      restarts_ && same == settings_ && camera.filter == filter_ && shares_samples(camera, settings) == passes_.shared;
   settings_ = settings;
-  passes_ = select_passes(settings_, scene_->light_group_count());
+  passes_ = select_passes(camera, settings_, scene_->light_group_count());
   film_ = Film(checked(camera).region[2], camera.region[3], tile_size(camera), passes_);
   describe(camera);
   if (!keep) {
@@ -205,7 +220,7 @@ void Session::describe(const CameraInput &camera) {
 
   job_ = {};
   scene_data_ = scene_->data();
-  if (filter_table_.empty() || filter_ != camera.filter) filter_table_ = filter_inverse_cdf(camera.filter);
+  if (filter_table_.empty() || filter_ != camera.filter) filter_table_ = make_filter_table(camera.filter);
   filter_ = camera.filter;
   scene_data_.filter_table = {filter_table_.data()};
   job_.scene = &scene_data_;
@@ -218,6 +233,7 @@ void Session::describe(const CameraInput &camera) {
   if (passes_.any_data()) job_.features |= FEATURE_DATA_PASSES;
   if (passes_.occlusion) job_.features |= FEATURE_OCCLUSION;
   if (passes_.bright) job_.features |= FEATURE_REWEIGHTING;
+  if (passes_.shared) job_.features |= FEATURE_SHARING;
   if (passes_.light_groups > 0) job_.features |= FEATURE_LIGHT_GROUPS;
   if (passes_.terms || passes_.lamps > 0) job_.features |= FEATURE_TERMS;
   // What a surface is, passes show even where the integrator does not ask.
@@ -348,7 +364,9 @@ void Session::run_passes(std::size_t thread, RayCounts &counts) {
     while (tile_passes_[tile].load(std::memory_order_acquire) < pass && !cancel_.load(std::memory_order_relaxed)) {
       std::this_thread::yield();
     }
-    if (tile_passes_[tile].load(std::memory_order_acquire) > pass) continue;  // another device did it
+    const std::uint32_t done = tile_passes_[tile].load(std::memory_order_acquire);
+    if (done > pass) continue;  // another device did it
+    if (done < pass) break;     // cancelled while it waited
     const std::uint32_t first = pass > 0 ? pass_ends_[pass - 1] : 0;
     run_tiles(tile, std::min<std::size_t>(at_once, film_.tile_count() - tile), first, pass_ends_[pass] - first,
               *workspace, counts);
@@ -358,11 +376,12 @@ void Session::run_passes(std::size_t thread, RayCounts &counts) {
 void Session::run_tiles(std::size_t first_tile, std::size_t tile_count, std::uint32_t first, std::uint32_t count,
                         Workspace &workspace, RayCounts &counts) {
   const std::span<FilmTile> tiles = film_.tiles(first_tile, tile_count);
-  if (passes_.error) {
+  if (passes_.error || passes_.mixed) {
     for (FilmTile &tile : tiles) mark_noise(tile, first);
   }
   if (!device_->render(job_, tiles, first, count, workspace, counts)) return;
   for (std::size_t k = 0; k < tiles.size(); ++k) {
+    if (passes_.mixed) measure_mix(tiles[k], first + count);
     if (passes_.error) measure_rate(tiles[k], first + count);
     if (settings_.adaptive && !tiles[k].to_sample().empty()) update_pending(tiles[k], first + count);
     samples_finished_.fetch_add(count, std::memory_order_relaxed);

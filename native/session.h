@@ -43,6 +43,7 @@ struct SettingsInput {  // addon/export/buffers.py, RenderSettings
   float filter_glossy = 0.0f;
   float light_threshold = 0.0f;
   float reweighting = 0.0f, white = 1.0f;
+  bool sharing = false;
   bool reflective_caustics = true, refractive_caustics = true;
   bool adaptive = false;
   float noise_threshold = 0.01f;
@@ -119,7 +120,7 @@ class Session {
   SettingsInput settings_;
   PassSelection passes_;
   std::string filter_;
-  std::vector<float> filter_table_;
+  std::vector<float> filter_table_;  // inverse CDF, then density
   SceneData scene_data_;
   std::shared_ptr<const RayTracer> tracer_;  // where a program traces rays on the CPU
   Film film_;

@@ -15,25 +15,58 @@ namespace {
 
 constexpr const char *kPurpose = "the film";
 constexpr std::size_t kFilmPixels = 1 << 21;
+constexpr std::size_t kFilmPixelsShared = 1 << 18;  // each with a window of sums
 constexpr std::size_t kFilmPixelsOfCpu = 1 << 16;
 
 }  // namespace
 
-std::size_t film_pixels_at_once(const Physical &physical) { return is_cpu(physical) ? kFilmPixelsOfCpu : kFilmPixels; }
+std::size_t film_pixels_at_once(const Physical &physical, const PassSelection &passes) {
+  if (is_cpu(physical)) return kFilmPixelsOfCpu;
+  return passes.shared ? kFilmPixelsShared : kFilmPixels;
+}
 
 FilmOnCard::FilmOnCard(LogicalDevice &device, const RenderJob &job) : device_(device), job_(job) {}
 FilmOnCard::~FilmOnCard() = default;
 
 std::size_t FilmOnCard::place(std::span<FilmTile> tiles) {
   pixels_.clear();
+  place_.clear();
   for (FilmTile &tile : tiles) {
     const auto x0 = static_cast<uint>(job_.region_x + tile.x0);
     const auto y0 = static_cast<uint>(job_.region_y + tile.y0);
     const auto width = static_cast<uint>(tile.width);
     const uint seed = sampler_block_seed(x0, y0, job_.sample_bits, job_.seed);
-    for (const std::uint16_t i : tile.to_sample()) pixels_.push_back({x0 + i % width, y0 + i / width, seed, 0u});
+    const std::size_t first = pixels_.size();
+    for (const std::uint16_t i : tile.to_sample()) pixels_.push_back({x0 + i % width, y0 + i / width, seed, 0u, 0u});
+    if (job_.passes.shared) share(tile, first);
   }
   return pixels_.size();
+}
+
+// Tells the pixels of a tile, those of the list from `first` on, which of them are around each.
+void FilmOnCard::share(const FilmTile &tile, std::size_t first) {
+  constexpr int kReach = SHARING_SIDE / 2;
+  const std::size_t corner = place_.size();
+  place_.resize(corner + kTilePixels, INVALID_ID);
+  std::size_t pixel = first;
+  for (const std::uint16_t i : tile.to_sample()) {
+    const auto width = static_cast<std::size_t>(tile.width);
+    const std::size_t place = corner + i / width * kTileSide + i % width;
+    pixels_[pixel].place = static_cast<uint>(place);
+    place_[place] = static_cast<uint>(pixel++);
+  }
+  pixel = first;
+  for (const std::uint16_t i : tile.to_sample()) {
+    WavePixel &p = pixels_[pixel++];
+    const int x0 = i % tile.width, y0 = i / tile.width;
+    for (int y = std::max(y0 - kReach, 0); y <= std::min(y0 + kReach, tile.height - 1); ++y) {
+      for (int x = std::max(x0 - kReach, 0); x <= std::min(x0 + kReach, tile.width - 1); ++x) {
+        const bool sampled =
+            place_[corner + static_cast<std::size_t>(y) * kTileSide + static_cast<std::size_t>(x)] != INVALID_ID;
+        p.sampled |= (sampled ? 1u : 0u) << ((y - y0 + kReach) * static_cast<int>(SHARING_SIDE) + x - x0 + kReach);
+      }
+    }
+  }
 }
 
 template <class T>
@@ -43,14 +76,26 @@ T *FilmOnCard::add(std::uint64_t count, std::uint64_t &bytes) {
 }
 
 void FilmOnCard::reserve(WaveData &wave) {
-  if (pixels_.size() <= room_) return;
+  if (pixels_.size() <= room_ && place_.size() <= place_room_) return;
   const std::uint64_t n = std::max<std::uint64_t>(pixels_.size(), WAVE_GROUP_SIZE);
   buffers_.clear();
   host_.reset();
+  shares_.reset();
+  places_.reset();
   const PassSelection &passes = job_.passes;
   std::uint64_t listed = 0, summed = 0;
   wave.pixels.v = add<WavePixel>(n, listed);
   wave.film.v = add<FilmPixel>(n, summed);
+  if (passes.shared) {
+    wave.film_shared.v = add<SharedSum>(n, summed);
+    shares_ = std::make_unique<Buffer>(device_, n * SHARING_WINDOW * sizeof(SharedSum), kPurpose);
+    wave.film_shares.v = reinterpret_cast<SharedSum *>(shares_->address());
+    place_room_ = place_.size();
+    places_ = std::make_unique<Buffer>(device_, place_room_ * sizeof(uint), kPurpose);
+    wave.film_places.v = reinterpret_cast<uint *>(places_->address());
+    wave.tile_side = kTileSide;
+    listed += places_->size();
+  }
   if ((job_.features & FEATURE_DATA_PASSES) != 0) wave.film_records.v = add<WaveRecord>(n, summed);
   if (passes.bright) wave.film_bright.v = add<BrightSum>(n * BRIGHT_CASCADES, summed);
   if (passes.light_groups > 0) wave.film_groups.v = add<vec3>(n * passes.light_groups, summed);
@@ -65,6 +110,12 @@ void FilmOnCard::clear(VkCommandBuffer commands) {
   const VkBufferCopy region{0, 0, pixels_.size() * sizeof(WavePixel)};
   std::memcpy(host_->data(), pixels_.data(), region.size);
   device_.vkCmdCopyBuffer(commands, host_->handle(), buffers_[0]->handle(), 1, &region);
+  if (places_ != nullptr) {
+    const VkBufferCopy places{region.size, 0, place_.size() * sizeof(uint)};
+    std::memcpy(host_->data() + places.srcOffset, place_.data(), places.size);
+    device_.vkCmdCopyBuffer(commands, host_->handle(), places_->handle(), 1, &places);
+    device_.vkCmdFillBuffer(commands, shares_->handle(), 0, VK_WHOLE_SIZE, 0);
+  }
   for (std::size_t i = 1; i < buffers_.size(); ++i) {
     device_.vkCmdFillBuffer(commands, buffers_[i]->handle(), 0, VK_WHOLE_SIZE, 0);
   }
@@ -99,6 +150,7 @@ void FilmOnCard::take(FilmTile &staged, std::size_t pixel, std::size_t i) const 
     return array;
   };
   staged.pixels[i] = *next(1, static_cast<FilmPixel *>(nullptr));
+  if (job_.passes.shared) staged.shared[i] = *next(1, static_cast<SharedSum *>(nullptr));
   if ((job_.features & FEATURE_DATA_PASSES) != 0) {
     const WaveRecord &r = *next(1, static_cast<WaveRecord *>(nullptr));
     if (!staged.nearest.empty() && r.hit > 0.0f) {

@@ -37,17 +37,25 @@ class FilmOnCard {
  private:
   template <class T>
   T *add(std::uint64_t count, std::uint64_t &bytes);
+  void share(const FilmTile &tile, std::size_t first);
   void take(FilmTile &staged, std::size_t pixel, std::size_t i) const;
 
   LogicalDevice &device_;
   const RenderJob &job_;
   std::vector<std::unique_ptr<Buffer>> buffers_;  // the first are the pixels
   std::unique_ptr<Buffer> host_;
-  std::size_t room_ = 0;  // pixels that the buffers can hold
+  std::size_t room_ = 0, place_room_ = 0;  // pixels that the buffers can hold, and places of pixels
   std::vector<WavePixel> pixels_;
+  // Where pixels share samples.
+  std::unique_ptr<Buffer> shares_, places_;
+  std::vector<std::uint32_t> place_;  // [tiles * kTilePixels] the pixel of the list that lies there
 };
 
+// Tiles of a session have no more pixels.
+constexpr std::size_t kTileSide = 32;
+constexpr std::size_t kTilePixels = kTileSide * kTileSide;
+
 // Pixels whose sums are on the card at once.
-std::size_t film_pixels_at_once(const Physical &physical);
+std::size_t film_pixels_at_once(const Physical &physical, const PassSelection &passes);
 
 }  // namespace cotorra::vulkan

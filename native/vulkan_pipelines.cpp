@@ -21,14 +21,14 @@ namespace {
 
 using Stages = std::array<std::span<const std::uint32_t>, static_cast<std::size_t>(Stage::kCount)>;
 constexpr Stages kSoftwareStages = {wave_begin, wave_prepare, wave_trace,  wave_outline, wave_shade,
-                                    wave_light, wave_shadow,  wave_bounce, wave_film};
+                                    wave_light, wave_shadow,  wave_bounce, wave_film,    wave_gather};
 constexpr Stages kQueryStages = {wave_begin, wave_prepare,      wave_trace_query, wave_outline, wave_shade_query,
-                                 wave_light, wave_shadow_query, wave_bounce,      wave_film};
+                                 wave_light, wave_shadow_query, wave_bounce,      wave_film,    wave_gather};
 
 const Stages &stages_of(const LogicalDevice &device) { return device.ray_query() ? kQueryStages : kSoftwareStages; }
 
 constexpr const char *kStageNames[] = {"begin", "prepare", "trace",  "outline", "shade",
-                                       "light", "shadow",  "bounce", "film"};
+                                       "light", "shadow",  "bounce", "film",    "gather"};
 static_assert(std::size(kStageNames) == kQueryStages.size());
 
 double value_of(const VkPipelineExecutableStatisticKHR &s) {

@@ -13,7 +13,19 @@
 namespace cotorra::vulkan {
 
 // The order is that of the arrays in vulkan_pipelines.cpp.
-enum class Stage : std::size_t { kBegin, kPrepare, kTrace, kOutline, kShade, kLight, kShadow, kBounce, kFilm, kCount };
+enum class Stage : std::size_t {
+  kBegin,
+  kPrepare,
+  kTrace,
+  kOutline,
+  kShade,
+  kLight,
+  kShadow,
+  kBounce,
+  kFilm,
+  kGather,
+  kCount
+};
 
 // What is compiled into the stages.
 struct KernelChoice {

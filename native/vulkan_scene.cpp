@@ -147,7 +147,7 @@ std::vector<Mesh> upload_scene(const Scene &scene, std::uint32_t features, Uploa
   data.light_links.v = uploader.put(scene.light_links(), "lights");
   data.light_node_sets.v = uploader.put(scene.light_node_sets(), "lights");
   data.albedo.v = uploader.put(scene.albedo(), "albedo tables");
-  data.filter_table.v = uploader.put(std::span(data.filter_table.v, FILTER_TABLE_SIZE), "the pixel filter");
+  data.filter_table.v = uploader.put(std::span(data.filter_table.v, 2 * FILTER_TABLE_SIZE), "the pixel filter");
   const std::size_t models = (features & FEATURE_MODELS) != 0 ? data.material_count : 0;
   data.models.v = uploader.put(std::span(data.models.v, models), "reflection models");
   const std::size_t shapes = (features & FEATURE_LIGHT_SHAPES) != 0 ? data.light_count : 0;

@@ -78,6 +78,7 @@ class WavefrontOnCard final : public Wavefront {
   void allocate_lanes();
   void describe_job();
   bool run_batch(const Batch &batch, RayCounts &counts);
+  void gather(std::uint32_t pixels);
   void begin_batch(VkCommandBuffer commands, const Batch &batch, const WavePush &push);
   void record_bounce(VkCommandBuffer commands, WavePush push);
   void record_outlines(VkCommandBuffer commands, WavePush push);
@@ -257,11 +258,23 @@ bool WavefrontOnCard::render(std::span<FilmTile> tiles, std::uint32_t first, std
     }
     done += samples;
   }
+  if (has(FEATURE_SHARING)) gather(pixels);
   film_.read(tiles, count);
   const std::lock_guard lock(figures_.mutex);
   if (std::exchange(first_pass_, false)) figures_.figures.first_seconds = seconds_since(begin_);
   figures_.figures.bytes = device_.memory_used();
   return true;
+}
+
+// What the samples of a pass, which all batches together have taken, count for each pixel.
+void WavefrontOnCard::gather(std::uint32_t pixels) {
+  WavePush push{};
+  push.data.v = reinterpret_cast<WaveData *>(data_->address());
+  push.pixel_count = pixels;
+  device_.run([&](VkCommandBuffer commands) {
+    all_barrier(device_, commands);
+    dispatch(commands, Stage::kGather, push, pixels);
+  });
 }
 
 // All stages of a batch. Returns false if cancelled.

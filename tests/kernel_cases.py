@@ -186,6 +186,20 @@ CAMERA = [
         scene=True,
     ),
     Case(
+        'sharing',
+        'SampleShares shares; sample_shares(scene.filter_table, radius, at * radius, sampled | 4096u, shares);'
+        'first = shares.first; row = vec3(shares.weights[0], shares.weights[4], shares.weights[8]);'
+        'other = vec3(shares.weights[1], shares.weights[5], shares.weights[6]);'
+        'density = filter_density(scene.filter_table, at.x);'
+        'sum = start; shared_add(sum, radiance, 0.5f, shares.weights[4]);',
+        {'radius': ('float', uniform(0.6, 1.5)), 'at': ('vec2', vectors(uniform(-1.0, 1.0), 2))}
+        | {'sampled': ('uint', integers(1 << 25)), 'radiance': COLOR}
+        | {'start': ('SharedSum', records('SharedSum', weight=uniform(0.0, 9.0)))},
+        {'first': 'uint', 'row': 'vec3', 'other': 'vec3', 'density': 'float', 'sum': 'SharedSum'},
+        scene=True,
+        tolerances={'row': ROUNDING, 'other': ROUNDING, 'sum': ROUNDING},
+    ),
+    Case(
         'film',
         'pixel = start; kept = radiance * gate; finite = select(film_add(pixel, kept, alpha), 1u, 0u);'
         'error = film_error(start.radiance, n, start.radiance * 0.4f, 0.5f * n);'

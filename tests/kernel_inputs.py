@@ -302,7 +302,7 @@ def scene() -> Scene:
             'tables': np.append(np.random.default_rng(3).uniform(0.0, 1.0, 4 * 257), read(STREET).table).astype(
                 np.float32
             ),
-            'filter_table': np.sort(rng.uniform(-1.0, 1.0, known['FILTER_TABLE_SIZE'])).astype(np.float32),
+            'filter_table': filter_table(rng, known['FILTER_TABLE_SIZE']),
         },
         nested={'meshes': nested},
     )
@@ -345,6 +345,11 @@ def light_tree(rng: np.random.Generator) -> dict[str, np.ndarray]:
         'light_parents': np.array((known['INVALID_ID'], fanout - 1), np.uint32),
         'light_places': np.concatenate((np.arange(LIGHTS), firsts, of_triangles)).astype(np.uint32),
     }
+
+
+def filter_table(rng: np.random.Generator, size: int) -> np.ndarray:
+    """Where samples lie by random number, and what falls off from the middle."""
+    return np.append(np.sort(rng.uniform(-1.0, 1.0, size)), np.linspace(1.0, 1e-2, size) ** 2).astype(np.float32)
 
 
 def world_table(rng: np.random.Generator) -> np.ndarray:

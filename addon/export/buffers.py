@@ -361,6 +361,8 @@ class RenderSettings:
         PATH. filter_glossy: as Cycles has it, 0: none.
     reweighting: how strictly fireflies are held back in 'combined', see properties.py; 0: it is the plain mean, which
         'unweighted' is in any case. white: radiance that is shown as white, from which on samples are looked at.
+    sharing: samples count for every pixel whose filter reaches them (kernels/sharing.h), in 'combined' alone; not where
+        the filter is so narrow that it reaches none, or farther than 1.5 pixels, nor with reweighting.
     light_threshold: light below which shadow rays are traced at random, 0: all are. For DIRECT and PATH.
     ambient_color to outline_object: as in properties.py.
     passes:     native pass names, see PASSES; 'combined' is always there.
@@ -387,6 +389,7 @@ class RenderSettings:
     light_threshold: float = 0.0
     reweighting: float = 0.0
     white: float = 1.0
+    sharing: bool = False
     reflective_caustics: bool = True
     refractive_caustics: bool = True
     adaptive: bool = False

@@ -53,7 +53,7 @@ void main() {
   path_begin(random, path);
   RADIANCE(lane) = vec3(0.0f);
   ALPHA(lane) = 1.0f;
-  if (FEATURE(FEATURE_DATA_PASSES | FEATURE_TOON)) FILTER_OFFSET(lane) = offset;
+  if (FEATURE(FEATURE_DATA_PASSES | FEATURE_TOON | FEATURE_SHARING)) FILTER_OFFSET(lane) = offset;
   STORE(WAVE.rays, lane, ray);
   store_path(lane, path);
   STORE(WAVE.rays_queue, lane, lane);

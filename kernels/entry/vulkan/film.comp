@@ -47,6 +47,20 @@ void add_bright(uint pixel, vec3 radiance) {
   }
 }
 
+// Adds a sample to what this pixel's samples count for those around it.
+void share(uint pixel, vec2 offset, vec3 radiance, float alpha) {
+  FloatBuffer table = WAVE.scene.filter_table;
+  SampleShares shares;
+  sample_shares(table, JOB.camera.filter_radius, offset, LOAD(WAVE.pixels, pixel).sampled, shares);
+  const uint first = pixel * SHARING_WINDOW + shares.first;
+  for (uint k = 0u; k < SHARING_PIXELS; ++k) {
+    const uint place = first + k / 3u * SHARING_SIDE + k % 3u;
+    SharedSum sum = LOAD(WAVE.film_shares, place);
+    shared_add(sum, radiance, alpha, shares.weights[k]);
+    STORE(WAVE.film_shares, place, sum);
+  }
+}
+
 void main() {
   const uint index = gl_GlobalInvocationID.x;
   if (index >= push.pixel_count) return;
@@ -59,6 +73,7 @@ void main() {
     vec3 radiance = s.radiance;
     const bool finite = film_add(sum, radiance, s.alpha);
     if (!finite) atomicAdd(WAVE.counters.v[WAVE_REJECTED], 1u);
+    if (FEATURE(FEATURE_SHARING)) share(pixel, FILTER_OFFSET(lane), radiance, film_number(s.alpha));
     if (FEATURE(FEATURE_REWEIGHTING)) add_bright(pixel, radiance);
     if (FEATURE(FEATURE_DATA_PASSES)) add_record(pixel, LOAD(WAVE.records, lane));
     if (FEATURE(FEATURE_LIGHT_GROUPS) && finite) {
