@@ -104,6 +104,12 @@ def parser() -> argparse.ArgumentParser:
         help='hold fireflies back: 1 as usual, 2 twice as strictly, 0 not at all (default: as the file says, demos: 1)',
     )
     line.add_argument(
+        '--share-samples',
+        action=argparse.BooleanOptionalAction,
+        help='let samples count for all pixels whose filter reaches them (default: as the file says, else yes; never '
+        'in pictures that are denoised or reweighted)',
+    )
+    line.add_argument(
         '--time-limit',
         type=arguments.seconds,
         metavar='S',
@@ -233,6 +239,8 @@ def apply_to_engine(options: argparse.Namespace, scene: bpy.types.Scene) -> None
             watch.message('WARNING', f'Scene "{scene.name}": fireflies are not reweighted with the settings for Cycles')
         scene.cotorra.use_reweighting = options.reweight > 0.0
         scene.cotorra.reweighting_strength = options.reweight or 1.0
+    if options.share_samples is not None:
+        scene.cotorra.use_sample_sharing = options.share_samples
     if options.model is not None:
         scene.cotorra.use_model_override = True
         scene.cotorra.model_override.model = options.model

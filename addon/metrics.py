@@ -428,7 +428,7 @@ def same_image(a: Reference, b: Reference, limit: float = 0.01, tile: int = TILE
 
     A tile's difference is that of the channel where it is greatest, over the tile's mean over all channels of B (over
     TILE_FLOOR · image mean where the tile is darker): a wrong hue counts, a channel that is nearly black does not.
-    Pixels are taken as independent, which is exact for the pixel filters that are sampled by jitter.
+    Pixels are taken as independent, which is exact for pixel filters that are sampled, where pixels share no samples.
     """
     check_pair(a.image, b.image)
     finite = np.isfinite(a.image).all(axis=2, keepdims=True) & np.isfinite(b.image).all(axis=2, keepdims=True)

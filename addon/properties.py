@@ -280,6 +280,13 @@ class CotorraSceneSettings(bpy.types.PropertyGroup):
     )
     reflective_caustics: switch('Reflective', 'Light that mirrors and gloss throw onto rough surfaces', True)
     refractive_caustics: switch('Refractive', 'Light that glass throws onto rough surfaces', True)
+    use_sample_sharing: switch(
+        'Share Samples',
+        'Let each sample count for all pixels whose filter reaches it, not for its own alone: the same picture with '
+        'about half of the variance, whose noise is a little coarser. Not in pictures that are denoised or reweighted, '
+        'nor beside passes that add up to them: light groups, single lamps, D, G, F',
+        True,
+    )
 
     # Denoising
     use_denoising: switch(

@@ -67,6 +67,7 @@ def render_settings(
         firefly_limit=_firefly_limit(scene, samples),
         reweighting=reweighting(scene, log),
         white=_white(scene),
+        sharing=shares_samples(scene, native_passes, denoising(scene, view_layer)),
         **{name: cycles_settings.inherited(scene, name) for name in INHERITED},
         **{name: inherited_number(scene, name, log) for name in INHERITED_NUMBERS},
         **{name: getattr(own, name) for name in SAME_NAMES},
@@ -86,6 +87,15 @@ def reweighting(scene: bpy.types.Scene, log: Log) -> float:
     """How strictly; 0: not at all."""
     strength = _number(scene.cotorra, 'reweighting_strength', scene, log)
     return strength if reweights(scene) else 0.0
+
+
+def shares_samples(scene: bpy.types.Scene, native_passes: tuple[str, ...], how: Denoising | None) -> bool:
+    """Whether samples count for all pixels around them.
+
+    Denoisers know noise that is another in each pixel; passes that add up to Combined have each pixel's own samples.
+    """
+    parts = any(name.startswith(('lightgroup:', 'light:', 'term_')) for name in native_passes)
+    return scene.cotorra.use_sample_sharing and how is None and not parts
 
 
 def _white(scene: bpy.types.Scene) -> float:

@@ -98,6 +98,7 @@ def set_up(scene: Any, task: dict[str, Any]) -> None:
     own = scene.cotorra
     own.samples = task['samples']
     own.use_adaptive_sampling = own.use_denoising = own.use_animated_seed = own.use_reweighting = False
+    own.use_sample_sharing = False  # images are compared tile by tile, by pixels that are independent
     own.time_limit = 0.0
     for layer in scene.view_layers:
         layer.samples = 0

@@ -78,6 +78,7 @@ def shown(engine: str, folder: Path) -> tuple[np.ndarray, list[str]]:
     scene.render.resolution_percentage = 100
     scene.cycles.samples = scene.cotorra.samples = 1
     scene.cycles.use_denoising = scene.cycles.use_adaptive_sampling = False
+    scene.cotorra.use_sample_sharing = False  # four pixels together choose well among what is mixed
     path = render_calls.render_to(scene, folder / f'{engine}.exr')
     channels = render_calls.read_exr(path)['']
     color = np.array([channels[name][1:3, 1:3].mean() for name in 'RGB'])

@@ -179,6 +179,7 @@ def test_fireflies(tmp_path: Path) -> None:
     glow = build.material('Glow', Emission_Color=(1, 1, 1, 1), Emission_Strength=2000.0)
     glow.cycles.emission_sampling = 'NONE'
     lamp.data.materials.append(glow)
+    scene.cotorra.use_sample_sharing = False
     layers, layer = rendered(scene, tmp_path)
     (told,) = [text for text in layer.health if 'fireflies' in text]
     assert told.startswith('material "Glow", bounce 1, emission: ')

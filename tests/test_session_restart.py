@@ -77,8 +77,8 @@ def test_a_session_at_work_is_stopped_by_it(restarts: bool) -> None:
 @on_both('adaptive', [(False,), (True,)], [(False,)])
 def test_a_cancelled_session_goes_on_to_the_same_bits(device: str, adaptive: bool) -> None:
     built, module = made(device), native.load()
-    view = camera(1.0, 64, 2.0)
-    settings = replace(BASE, samples=64, device=device, adaptive=adaptive)
+    view = replace(camera(1.0, 64, 2.0), filter_width=1.5)
+    settings = replace(BASE, samples=64, device=device, adaptive=adaptive, sharing=True)
     expected = picture(module.Session(built, view, settings), view)
     session = module.Session(built, view, settings, restarts=True)
     session.start()

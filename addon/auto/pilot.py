@@ -129,6 +129,7 @@ class Pilot:
                     seed=number,
                     adaptive=False,
                     reweighting=0.0,
+                    sharing=False,  # what a pixel's noise is, is learned from pixels that are independent
                     passes=('combined', 'depth') if look else ('combined',),
                     threads=max(1, threads // len(numbers)),
                 ),

@@ -93,7 +93,7 @@ def run(options: argparse.Namespace, watcher: TerminalWatcher) -> None:
     with Worker(chart.task_of(options)) as worker:
         watcher.status('Opening the scene')
         jobs = [
-            Job(Series(engine, integrator=options.integrator or 'PATH', denoised=options.denoise), samples, seed)
+            Job(Series(engine, integrator=options.integrator or 'PATH', denoised=options.denoise), samples, seed, True)
             for samples, seed in ((1, 1), *((options.samples, seed) for seed in SEEDS))
             for engine in images
         ]

@@ -89,7 +89,7 @@ DEFAULT_SERIES = (
 
 @dataclass(frozen=True, slots=True)
 class Job:
-    """One render. reference: a part of the reference of its series' engine."""
+    """One render. reference: a part of the reference of its series' engine, or of what is compared tile by tile."""
 
     series: Series
     samples: int

@@ -177,10 +177,14 @@ def own_clock(text: str) -> float:
     return seconds
 
 
-def render(scene: bpy.types.Scene, job: dict[str, Any], folder: Path, clock: Clock) -> dict[str, Any]:
-    """Renders a job (series, samples, seed) and answers with seconds and the picture's file."""
+def render(scene: bpy.types.Scene, job: dict[str, Any], folder: Path, clock: Clock, sharing: bool) -> dict[str, Any]:
+    """Renders a job (series, samples, seed) and answers with seconds and the picture's file.
+
+    sharing: the file's setting. Pictures of references do without: their pixels are taken as independent.
+    """
     series = plan.Series(**job['series'])
     set_up(scene, series, job['samples'], job['seed'])
+    scene.cotorra.use_sample_sharing = sharing and not job['reference']
     path = folder / 'render.exr'
     path.unlink(missing_ok=True)
     scene.render.filepath = str(path).replace('{', '{{').replace('}', '}}')
@@ -232,6 +236,7 @@ def main(folder: Path) -> None:
                 'layers': sum(layer.use for layer in scene.view_layers),
                 'blender': bpy.app.version_string,
             }
+            sharing = scene.cotorra.use_sample_sharing
             answer(folder, 0, found)
         except CommandError as error:
             answer(folder, 0, {'error': str(error), 'code': error.code})
@@ -242,7 +247,7 @@ def main(folder: Path) -> None:
         for line in sys.stdin:
             job = json.loads(line)
             try:
-                done = render(scene, job, folder, clock)
+                done = render(scene, job, folder, clock, sharing)
             except CommandError as error:
                 done = {'error': str(error)}
             answer(folder, job['number'], {**done, 'warnings': list(watcher.warnings)})

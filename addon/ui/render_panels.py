@@ -126,6 +126,7 @@ class COTORRA_RENDER_PT_film_pixel_filter(CotorraPanel, bpy.types.Panel):
         layout.prop(cycles, 'pixel_filter_type', text='Type')
         if cycles.pixel_filter_type != 'BOX':
             layout.prop(cycles, 'filter_width', text='Width')
+        layout.prop(context.scene.cotorra, 'use_sample_sharing')
 
 
 class COTORRA_RENDER_PT_performance(HeadingPanel, bpy.types.Panel):

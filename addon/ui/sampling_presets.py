@@ -27,6 +27,7 @@ SETTINGS = (
     'denoising_quality',
     'use_reweighting',
     'reweighting_strength',
+    'use_sample_sharing',
 )
 
 

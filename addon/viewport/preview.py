@@ -25,9 +25,11 @@ def render_settings(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer, sho
     """For the viewport. scene and view_layer are the evaluated ones; shown: the native pass."""
     how = denoising(scene, shown)
     features = () if how is None else how.features()
-    found = settings.render_settings(scene, view_layer, tuple(dict.fromkeys((COMBINED, shown, *features))), log)
+    native_passes = tuple(dict.fromkeys((COMBINED, shown, *features)))
+    found = settings.render_settings(scene, view_layer, native_passes, log)
     return replace(
         found,
+        sharing=settings.shares_samples(scene, native_passes, how),
         # As in Cycles, 0 goes on for as long as one looks.
         samples=cycles_settings.inherited(scene, 'preview_samples') or SAMPLES_MAX,
         adaptive=cycles_settings.inherited(scene, 'use_preview_adaptive_sampling'),

@@ -84,8 +84,11 @@ def as_shipped(scene: bpy.types.Scene) -> None:
     cycles.use_light_tree = True
 
 
-def set_job(scene: bpy.types.Scene, samples: int, seed: int, output: str) -> None:
-    """What changes from one render to the next."""
+def set_job(scene: bpy.types.Scene, samples: int, seed: int, output: str, sharing: bool = False) -> None:
+    """What changes from one render to the next. sharing: our samples count for all pixels that their filter reaches, as
+    is our default. What is compared tile by tile, references too, does without: its pixels are taken as independent."""
+    if hasattr(scene, 'cotorra'):
+        scene.cotorra.use_sample_sharing = sharing
     scene.render.filepath = output
     scene.render.use_file_extension = False
     for settings in (scene.cycles, getattr(scene, 'cotorra', scene.cycles)):

@@ -184,7 +184,7 @@ def timed(case: Case, engine: str, counts: list[int], seeds: list[int], shipped:
     """Renders with each of `counts` samples and each seed. shipped: Cycles with what it has on by itself."""
     with tempfile.TemporaryDirectory(prefix='cotorra-bench-') as work:
         jobs = [
-            {'samples': samples, 'seed': seed, 'output': str(Path(work, f'{samples}-{seed}.exr'))}
+            {'samples': samples, 'seed': seed, 'output': str(Path(work, f'{samples}-{seed}.exr')), 'sharing': True}
             for samples in sorted(counts, reverse=True)
             for seed in seeds
         ]
@@ -208,7 +208,7 @@ def measure(
     halves = [folder / f'half{seed}.exr' for seed in reference_seeds]
     with tempfile.TemporaryDirectory(prefix='cotorra-bench-') as work:
         jobs = [
-            {'samples': samples, 'seed': seed, 'output': str(Path(work, f'{samples}-{seed}.exr'))}
+            {'samples': samples, 'seed': seed, 'output': str(Path(work, f'{samples}-{seed}.exr')), 'sharing': True}
             for samples in sorted(counts, reverse=True)
             for seed in seeds
         ]

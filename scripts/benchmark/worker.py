@@ -166,7 +166,7 @@ def render(task: dict[str, Any], job: dict[str, Any], first_sample: FirstSample)
     job['settings']: properties of the scene by their paths, such as 'cotorra.integrator'; they stay for later jobs.
     """
     scene = bpy.context.scene
-    fair.set_job(scene, job['samples'], job['seed'], job['output'])
+    fair.set_job(scene, job['samples'], job['seed'], job['output'], job.get('sharing', False))
     for path, value in job.get('settings', {}).items():
         owner, _, name = path.rpartition('.')
         setattr(scene.path_resolve(owner), name, value)

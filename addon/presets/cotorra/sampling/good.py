@@ -12,3 +12,4 @@ own.adaptive_min_samples = 0
 own.use_denoising = True
 own.denoising_quality = 'HIGH'
 own.use_reweighting = True
+own.use_sample_sharing = True
