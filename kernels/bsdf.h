@@ -260,18 +260,22 @@ FN float glossy_cosine(IN(Bsdf) bsdf, float n_wi, vec3 wi) {
 
 // What is left of the diffuse light from wi where a normal map bent the surface: the shadowing of a GGX surface whose
 // roughness is as great as the bend, about the smooth normal (Estevez, Lecocq & Stein 2019, "A Microfacet-Based
-// Shadowing Function to Solve the Bump Terminator Problem"); nothing from below the smooth surface, nor where the map
-// points below it. As Cycles 5.2 does it. 1 without a map.
-FN float bump_shadowing(IN(Bsdf) bsdf, vec3 wi) {
-  if (!FEATURE(FEATURE_PROGRAMS)) return 1.0f;
-  const float bend = dot(bsdf.n, bsdf.n_smooth);
-  const float height = dot(bsdf.n_smooth, wi);
+// Shadowing Function to Solve the Bump Terminator Problem"), as Cycles 5.2 does it. 1 without a map.
+FN float bump_shadowing_of(vec3 n, vec3 n_smooth, vec3 wi) {
+  const float bend = dot(n, n_smooth);
+  const float height = dot(n_smooth, wi);
   // The sine by a cross product: 1 - bend^2 would find a bend where there is none, and darken grazing light.
-  const vec3 sine = cross(bsdf.n, bsdf.n_smooth);
+  const vec3 sine = cross(n, n_smooth);
   const float height2 = clamp(height * height, 1e-12f, 1.0f);
   const float alpha2 = min(0.125f * dot(sine, sine) / max(bend * bend, 1e-12f), 1.0f);
-  const float kept = 2.0f / (1.0f + sqrt(1.0f + alpha2 * (1.0f - height2) / height2));
-  return select(bend > 0.0f && height > 0.0f, kept, 0.0f);
+  return 2.0f / (1.0f + sqrt(1.0f + alpha2 * (1.0f - height2) / height2));
+}
+
+// The same of a diffuse lobe about bsdf.n: nothing from below the smooth surface, nor where the map points below it.
+FN float bump_shadowing(IN(Bsdf) bsdf, vec3 wi) {
+  if (!FEATURE(FEATURE_PROGRAMS)) return 1.0f;
+  const bool above = dot(bsdf.n, bsdf.n_smooth) > 0.0f && dot(bsdf.n_smooth, wi) > 0.0f;
+  return select(above, bump_shadowing_of(bsdf.n, bsdf.n_smooth, wi), 0.0f);
 }
 
 // f cos(wi) of the diffuse lobe, and of the glossy lobe beside it; pdf is that of bsdf_sample. All are 0 below n.

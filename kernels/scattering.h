@@ -28,12 +28,14 @@ FN uint lobe_ray_kind(IN(Lobe) l, vec3 wi) {
 }
 
 // What a bent normal leaves of light from wi (Cycles): nothing where it and the smooth one disagree whether wi lies in
-// front; of diffuse lobes, what bump_shadowing leaves.
+// front, nor from behind where the lobe only reflects; of diffuse lobes, velvet excepted, what bump_shadowing_of
+// leaves.
 FN float lobe_bump_shadowing(IN(Bsdf) bsdf, IN(Lobe) l, vec3 wi) {
   if (!FEATURE(FEATURE_PROGRAMS)) return 1.0f;
-  const float side = dot(bsdf.n_smooth, wi) * dot(bsdf.n_smooth, l.n) * dot(l.n, wi);
-  if (side < 0.0f) return 0.0f;
-  return lobe_is_diffuse(l) && l.kind != LOBE_TRANSLUCENT ? bump_shadowing(bsdf, wi) : 1.0f;
+  const float height = dot(bsdf.n_smooth, wi);
+  const float side = height * dot(bsdf.n_smooth, l.n) * dot(l.n, wi);
+  if (side < 0.0f || (height < 0.0f && !lobe_transmits(l))) return 0.0f;
+  return lobe_is_diffuse(l) && l.kind != LOBE_VELVET ? bump_shadowing_of(l.n, bsdf.n_smooth, wi) : 1.0f;
 }
 
 // f cos toward wi, without the lobes that the light is hidden from; pdf is that of rays that see the light.

@@ -93,7 +93,7 @@ FN void pick_lobe_of(IN(SceneData) scene, IN(SurfacePick) pick, IN(ShaderPoint) 
   if (pick.kind == CLOSURE_DIFFUSE) {
     diffuse_prepare(LOBE_DIFFUSE, one, color, roughness, s.n, at.wo, l);
   } else if (pick.kind == CLOSURE_TRANSLUCENT) {
-    diffuse_prepare(LOBE_TRANSLUCENT, one, color, 0.0f, s.n, at.wo, l);
+    diffuse_prepare(LOBE_TRANSLUCENT, one, color, 0.0f, normal_for_reflection(s.n, s.ng, at.wo), at.wo, l);
   } else if (pick.kind == CLOSURE_GLOSSY) {
     glossy_prepare(scene.albedo, pick.mode, one, color, roughness, pick_number(scene, pick, 2u PROGRAM_SAME_MEMORY),
                    pick_number(scene, pick, 3u PROGRAM_SAME_MEMORY), s.n, s.ng,
