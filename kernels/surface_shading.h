@@ -126,7 +126,7 @@ FN void pick_lobe_of(IN(SceneData) scene, IN(SurfacePick) pick, IN(ShaderPoint) 
     if (pick.mode == 0u) {
       velvet_prepare(one, color, roughness, s.n, l);
     } else {
-      sheen_prepare(one, color, roughness, s.n, at.wo, l);
+      sheen_prepare(scene.albedo, one, color, roughness, s.n, at.wo, l);
     }
   } else if (pick.kind == CLOSURE_TOON) {
     toon_prepare(pick.mode != 0u, one, color, roughness, pick_number(scene, pick, 2u PROGRAM_SAME_MEMORY), s.n, l);

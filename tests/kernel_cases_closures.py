@@ -131,16 +131,14 @@ KINDS = [
     ),
     Case(
         'sheen_lobes',
-        'albedo = sheen_log_albedo(p, q0); a = sheen_a(p, q0); across = sheen_b(p, q0); Lobe l;'
-        'sheen_prepare(color, color, y, n, o, l); sheen_frame(l, t, b); density = sheen_density(l, i);'
+        TABLE + 'albedo = sheen_number(table, 0u, 33u, p, q0); Lobe l;'
+        'sheen_prepare(table, color, color, y, n, o, l); sheen_frame(l, t, b); density = sheen_density(l, i);'
         'f = sheen_eval(l, i, pdf); BsdfSample s; sheen_sample(l, u, s); wi = s.wi; Lobe v;'
         'velvet_prepare(color, color, y, vec3(0.0f, 0.0f, 1.0f), v); g = velvet_eval(v, o, i, q);'
         'velvet_sample(v, o, u, s); wj = s.wi;',
         {'p': PART, 'q0': PART, 'y': PART, 'color': COLOR, 'n': NORMAL, 'o': LOCAL, 'i': LOCAL, 'u': SQUARE},
         {
             'albedo': 'float',
-            'a': 'float',
-            'across': 'float',
             't': 'vec3',
             'b': 'vec3',
             'density': 'float',
@@ -149,6 +147,7 @@ KINDS = [
         }
         | {'wi': 'vec3', 'g': 'vec3', 'q': 'float', 'wj': 'vec3'},
         CLOSE,
+        scene=True,
     ),
     Case(
         'toon_lobes',
@@ -209,7 +208,7 @@ PRINCIPLED = [
     Case(
         'principled_layers',
         TABLE + 'LobePick p; pick_begin(u, p); taken = select(pick_next(0.5f, PICK_LOBE, p), 1u, 0u); rest = p.u;'
-        'Lobe l; Lobe passed; weight = vec3(1.0f); principled_sheen(x, n, weight, l); Lobe kept = l;'
+        'Lobe l; Lobe passed; weight = vec3(1.0f); principled_sheen(table, x, n, weight, l); Lobe kept = l;'
         'pick_lobe(table, l, n, p, kept); principled_coat(table, x, n, n, weight, l); a = l.weight;'
         'principled_metal_layer(table, x, n, n, weight, l); b = l.weight;'
         'principled_transmission(table, x, n, n, weight, l, passed); c = l.weight;'

@@ -148,14 +148,12 @@ def test_translucent(tmp_path: Path) -> None:
 
 def test_sheen(tmp_path: Path) -> None:
     rng = np.random.default_rng(8)
-    case, n = closure.cases('SHEEN', COUNT, color=1.0, roughness=rng.uniform(0.1, 1, COUNT)), facets(rng, COUNT)
+    case, n = closure.cases('SHEEN', COUNT, color=1.0, roughness=rng.uniform(0, 1, COUNT)), facets(rng, COUNT)
     shader = cycles.Shader('ShaderNodeBsdfSheen', ROUGH, {'distribution': 'MICROFIBER'})
     image = cycles.render(case, n, tmp_path / 'sun.exr', sun=ABOVE, shader=shader)['Combined']
     f, _ = closure.Lobes(case, n, VIEWER).evaluate(ABOVE, COUNT)
-    # Polynomials against the table that they are a fit of, most of which they meet to 1 %.
-    assert abs(f.mean() / image.mean() - 1) < 0.01
-    assert np.median(error(f, image)) < 0.01
-    assert np.quantile(error(f, image), 0.99) < 0.06
+    assert abs(f.mean() / image.mean() - 1) < 1e-3
+    assert error(f, image).max() < 2e-3
 
 
 # ---- Principled
@@ -256,7 +254,6 @@ def test_emission_through_coat_and_sheen(tmp_path: Path) -> None:
     strong = cycles.Shader(shader.node, shader.sockets, shader.settings, {'Emission Strength': 1.0})
     image = cycles.render(inputs, n, tmp_path / 'dark.exr', sun=-VIEWER, shader=strong)['Combined']
     emission, _ = closure.Principled(inputs, n, VIEWER).sums()
-    # Sheen's albedo is a fit (test_sheen).
     assert error(emission, image).max() < 0.05
     assert np.median(error(emission, image)) < 2e-3
 

@@ -35,9 +35,6 @@ KNOWN: dict[tuple[str, int], str] = {
     ): 'where rough refraction and translucency mix, Cycles counts the directions that no facet refracts '
     'to among those that refraction samples, which dims the translucency: 30 % at roughness 0.88, IOR 1.76',
     ('surface', 433): 'white noise of the grey of a colour, which differs in its last bit',
-    ('surface', 487): 'as 239, of roughness 0',
-    ('surface', 239): 'the rim of a microfiber sheen of roughness 0.18, narrower than a pixel, on an otherwise black '
-    'ball: the sheen of sheen.h is fitted to what is seen from 0.25 on',
 }
 
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The tables that lobes read beside those of bsdf_tables.h: albedos of rough glass, and colours of thin films.
+// The tables that lobes read beside those of bsdf_tables.h: albedos of rough glass, colours of thin films, and sheen.
 // They follow the others in SceneData.albedo; native/tools/make_albedo_tables.cpp computes them all.
 #ifndef COTORRA_LOBE_TABLES_H
 #define COTORRA_LOBE_TABLES_H
@@ -22,7 +22,11 @@ const uint TABLE_GLASS_LEAVING_MEAN = 13856u;
 const uint TABLE_FILM = 14112u;
 const uint FILM_NODES = 512u;
 const float FILM_LONGEST = 9549.0f;  // nm
-const uint TABLE_SIZE = 17184u;
+// A layer of microfibers: its albedo, then A and B of its transformed cosine; x cosine toward the viewer, y roughness,
+// both uniform over 0..1. Measured in Cycles, between whose nodes all is linear (native/tools/sheen_table.inc).
+const uint TABLE_SHEEN = 17184u;
+const uint SHEEN_NODES = 32u;
+const uint TABLE_SIZE = 20256u;
 
 // Albedo of glass and its mean; eta is that beyond the surface over that on the viewer's side.
 FN float table_glass(FloatBuffer table, float roughness, float mu, float eta, OUT(float) mean) {

@@ -62,13 +62,13 @@ FN bool principled_lacks(IN(PrincipledInputs) inputs, uint caustics) { return (i
 // ---- Layers, from above. Each prepares its lobe, LOBE_NONE where there is none, and leaves in `weight` what goes
 // below.
 
-FN void principled_sheen(IN(PrincipledInputs) inputs, vec3 wo, INOUT(vec3) weight, OUT(Lobe) l) {
+FN void principled_sheen(FloatBuffer table, IN(PrincipledInputs) inputs, vec3 wo, INOUT(vec3) weight, OUT(Lobe) l) {
   lobe_clear(LOBE_NONE, vec3(0.0f), inputs.n, l);
   const vec3 own = weight * max(inputs.sheen_tint, vec3(0.0f)) * max(inputs.sheen, 0.0f);
   if (!(inputs.sheen > BSDF_WEIGHT_CUTOFF) || !(mean_component(own) >= BSDF_WEIGHT_CUTOFF)) return;
   float len;
   const vec3 n = safe_normalize(mix(inputs.n, inputs.coat_n, clamp(inputs.coat, 0.0f, 1.0f)), len);
-  sheen_prepare(own, vec3(1.0f), inputs.sheen_roughness, n, wo, l);
+  sheen_prepare(table, own, vec3(1.0f), inputs.sheen_roughness, n, wo, l);
   if (l.kind != LOBE_NONE) weight = layer_below(l.weight, weight);
 }
 
@@ -230,7 +230,7 @@ FN uint principled_pick(IN(SceneData) scene, IN(PrincipledInputs) inputs, vec3 n
   vec3 weight = vec3(1.0f);
   lobe_clear(LOBE_NONE, vec3(0.0f), inputs.n, lobe);
   // 1. What lies above, and glass.
-  principled_sheen(inputs, wo, weight, l);
+  principled_sheen(scene.albedo, inputs, wo, weight, l);
   pick_lobe(scene.albedo, l, wo, p, lobe);
   principled_coat(scene.albedo, inputs, ng, wo, weight, l);
   pick_lobe(scene.albedo, l, wo, p, lobe);
@@ -268,7 +268,7 @@ FN uint principled_pick(IN(SceneData) scene, IN(PrincipledInputs) inputs, vec3 n
 FN vec3 principled_emission(FloatBuffer table, IN(PrincipledInputs) inputs, vec3 ng, vec3 wo) {
   Lobe l;
   vec3 weight = vec3(1.0f);
-  principled_sheen(inputs, wo, weight, l);
+  principled_sheen(table, inputs, wo, weight, l);
   principled_coat(table, inputs, ng, wo, weight, l);
   return inputs.emission * weight;
 }
@@ -278,7 +278,7 @@ FN vec3 principled_albedo(FloatBuffer table, IN(PrincipledInputs) inputs, vec3 n
   Lobe l;
   Lobe passed;
   vec3 weight = vec3(1.0f);
-  principled_sheen(inputs, wo, weight, l);
+  principled_sheen(table, inputs, wo, weight, l);
   vec3 sum = lobe_albedo(table, l, wo);
   principled_coat(table, inputs, ng, wo, weight, l);
   sum += lobe_albedo(table, l, wo);

@@ -229,6 +229,12 @@ void make_film_tables(std::vector<float> &table) {
   }
 }
 
+// What was measured.
+constexpr float SHEEN_TABLE[] = {
+#include "sheen_table.inc"
+};
+static_assert(std::size(SHEEN_TABLE) == 3 * SHEEN_NODES * SHEEN_NODES);
+
 std::vector<float> make_tables() {
   std::vector<float> table(TABLE_SIZE);
   for (unsigned y = 0; y < ALBEDO_NODES; ++y) {
@@ -257,6 +263,7 @@ std::vector<float> make_tables() {
   }
   make_glass_tables(table);
   make_film_tables(table);
+  std::copy(std::begin(SHEEN_TABLE), std::end(SHEEN_TABLE), table.begin() + TABLE_SHEEN);
   return table;
 }
 

@@ -63,7 +63,7 @@ Lobe prepare(const float *tables, const ClosureCase &c, vec3 n, vec3 wo) {
       refraction_prepare(c.distribution, one, c.color, c.roughness, c.ior, n, n, wo, c.inside != 0, l);
       break;
     case LOBE_SHEEN:
-      sheen_prepare(one, c.color, c.roughness, n, wo, l);
+      sheen_prepare(table, one, c.color, c.roughness, n, wo, l);
       break;
     case LOBE_VELVET:
       velvet_prepare(one, c.color, c.roughness, n, l);
