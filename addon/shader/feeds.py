@@ -48,14 +48,14 @@ class InlinedFeeds:
     owner: object
     tree: bpy.types.NodeTree
     output: bpy.types.Node
-    _links: dict[bpy.types.NodeSocket, bpy.types.NodeSocket] = field(init=False)
+    _links: dict[bpy.types.NodeSocket, Fed] = field(init=False)
 
     def __post_init__(self) -> None:
-        self._links = {link.to_socket: link.from_socket for link in self.tree.links if link.is_valid}
+        links = [(link.to_socket, link.from_node, link.from_socket) for link in self.tree.links if link.is_valid]
+        self._links = {end: Fed(node, output, (), (output.type,)) for end, node, output in links}
 
     def feeding(self, socket: bpy.types.NodeSocket, contexts: Contexts) -> Fed | None:
-        output = self._links.get(socket)
-        return None if output is None else Fed(output.node, output, (), (output.type,))
+        return self._links.get(socket)
 
     def name(self, node: bpy.types.Node) -> str:
         """The name that the user gave it, without the number that Blender puts before it."""

@@ -89,8 +89,17 @@ class Reader:
     _memo: dict[tuple, Ref | None] = field(default_factory=dict)
     _active: set[tuple] = field(default_factory=set)
     _nodes: dict[tuple, Node] = field(default_factory=dict)
+    _inputs: dict[bpy.types.Node, tuple[str, str, dict[str, bpy.types.NodeSocket]]] = field(default_factory=dict)
     mappings: dict[bpy.types.Node, object] = field(default_factory=dict)  # of textures themselves, once a node
     _depth: int = 0
+
+    def inputs(self, node: bpy.types.Node) -> tuple[str, str, dict[str, bpy.types.NodeSocket]]:
+        """Type, name and inputs of a node, which are read once however often it is evaluated."""
+        found = self._inputs.get(node)
+        if found is None:
+            sockets = {socket.identifier: socket for socket in node.inputs}
+            found = self._inputs[node] = node.bl_idname, self.feeds.name(node), sockets
+        return found
 
     def node(self, node: bpy.types.Node, contexts: Contexts, shift: Shift = HERE) -> Node:
         key = (node, contexts, shift)
@@ -253,9 +262,7 @@ class Node:
         self.node = node
         self.contexts = contexts
         self.shift = shift
-        self.kind = node.bl_idname
-        self.label = reader.feeds.name(node)
-        self.sockets = {socket.identifier: socket for socket in node.inputs}
+        self.kind, self.label, self.sockets = reader.inputs(node)
 
     def f(self, name: str) -> Ref:
         """An input as one number."""
