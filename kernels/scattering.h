@@ -73,7 +73,7 @@ FN void scattering_sample(IN(SceneData) scene, IN(Bsdf) bsdf, IN(Lobe) lobe, vec
 
 // Do rays start at the very point of the surface that they leave?
 FN bool starts_at_point(IN(SceneData) scene, uint instance) {
-  return FEATURE(FEATURE_LOBES) && scene.starts_at_point != 0u &&
+  return FEATURE(FEATURE_LOBES | FEATURE_TRANSPARENCY) && scene.starts_at_point != 0u &&
          (LOAD(scene.instances, instance).flags & INSTANCE_COPLANAR) != 0u;
 }
 

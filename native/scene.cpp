@@ -350,6 +350,7 @@ void Scene::prepare_features() {
     emissive |= (m.flags & MATERIAL_EMISSIVE) != 0;
     if ((m.flags & MATERIAL_PROGRAM) != 0) features_ |= FEATURE_PROGRAMS;
     if ((m.flags & MATERIAL_TRANSPARENT) != 0) features_ |= FEATURE_TRANSPARENCY;
+    lets_light_through_ |= (m.flags & MATERIAL_TRANSPARENT) != 0;
     tints_ |= (m.flags & MATERIAL_TINTED) != 0;
     models |= (m.flags & MATERIAL_MODEL) != 0;
     const int shader = material_shaders_.empty() ? -1 : material_shaders_[k];

@@ -17,7 +17,15 @@ from mathutils import Vector
 
 from flat_scenes import node
 from scenes import build
-from test_shader_closures_rendered import DIFFUSE, Surface, assert_as_cycles, bsdf
+from test_shader_closures_rendered import (
+    DIFFUSE,
+    Surface,
+    assert_as_cycles,
+    bsdf,
+    checks,
+    mix,
+    principled,
+)
 from vulkan_jobs import job_of, tiles
 
 pytestmark = [
@@ -69,6 +77,9 @@ def cube(scene: bpy.types.Scene, surface: Surface) -> None:
     put(bpy.context.object, surface, scene)
 
 
+CLEAR = {'half clear': principled(Alpha=0.5), 'clear in places': mix(checks, DIFFUSE, bsdf('BsdfTransparent'))}
+
+
 @pytest.mark.parametrize('surface', [GLASS, TRANSLUCENT, DIFFUSE], ids=['glass', 'translucent', 'diffuse'])
 def test_a_cube_on_the_floor(surface: Surface, tmp_path: Path) -> None:
     """Its bottom lies in the very plane of the floor, which is all that its glass shows of the floor."""
@@ -91,6 +102,20 @@ def test_a_pane_in_the_plane_of_the_floor(tmp_path: Path) -> None:
     scene = stage()
     corners = [(-1.5, -1.5, 0), (1.5, -1.5, 0), (1.5, 1.5, 0), (-1.5, 1.5, 0)]
     put(build.mesh_object(scene, 'Pane', vertices=corners), bsdf('BsdfGlass', Roughness=0.1), scene)
+    assert_as_cycles(scene, tmp_path)
+
+
+@pytest.mark.parametrize('surface', CLEAR.values(), ids=CLEAR)
+def test_a_clear_pane_shades_the_floor_in_its_plane(surface: Surface, tmp_path: Path) -> None:
+    """The floor comes last: of two surfaces at one distance, Cycles shows then the floor. Where it meets what is clear
+    first, a fifth to a half of its rays go through the floor as well.
+    """
+    scene = stage()
+    corners = [(-1.5, -1.5, 0), (1.5, -1.5, 0), (1.5, 1.5, 0), (-1.5, 1.5, 0)]
+    put(build.mesh_object(scene, 'Pane', vertices=corners), surface, scene)
+    floor = scene.objects['Floor']
+    scene.collection.objects.unlink(floor)
+    scene.collection.objects.link(floor)
     assert_as_cycles(scene, tmp_path)
 
 

@@ -66,7 +66,8 @@ bool trace(vec3 origin, vec3 direction, float t_min, float t_max, uint visibilit
 
 // The triangle that the lane's surface lies on, where rays from there cannot meet it; see surface_left.
 uvec2 left_at(uint lane, vec3 origin, vec3 direction) {
-  if (!FEATURE(FEATURE_LOBES) || SCENE.starts_at_point == 0u) return uvec2(INVALID_ID, INVALID_ID);
+  if (!FEATURE(FEATURE_LOBES | FEATURE_TRANSPARENCY) || SCENE.starts_at_point == 0u)
+    return uvec2(INVALID_ID, INVALID_ID);
   Surface s;
   surface_from_hit(SCENE, LOAD(WAVE.hits, lane), direction, s);
   return surface_left(SCENE, s, origin, direction);
