@@ -35,6 +35,10 @@ KNOWN: dict[tuple[str, int], str] = {
     ): 'where rough refraction and translucency mix, Cycles counts the directions that no facet refracts '
     'to among those that refraction samples, which dims the translucency: 30 % at roughness 0.88, IOR 1.76',
     ('surface', 433): 'white noise of the grey of a colour, which differs in its last bit',
+    ('emission', 768): 'not understood yet: bricks in rows without a height, whose mortar is of less than no size',
+    ('emission', 810): 'a wave whose octaves have a roughness of -1 and sum to no number in Cycles, which shows black',
+    ('surface', 817): 'a normal map of the very grey that is no direction: what is left of it is rounding',
+    ('surface', 819): 'a highlight of anisotropy 0.99, of which 32 samples find too little: right with 256',
 }
 
 
