@@ -234,6 +234,10 @@ def student_t(confidence: float, freedom: float) -> float:
 # Of a normal distribution, on either side: 97 %. Of 200 pilots of box_room, whose pixels differ by a skewness of 9,
 # intervals with 1.96 (95 %) held the truth 179 times, with this 185 times, and those of a plain normal mean 166 times.
 SIGMAS = 2.2
+# Of 200 pilots each, with the first bounce alone left, intervals without the noise of single seeds held the truth 170
+# times on material_grid and 172 on three_lights, with it 190 and 196 times; on box_room, where more pixels than these
+# make the estimate, 194 times either way.
+SURE_PIXELS = 100.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -262,6 +266,11 @@ def paired_difference(a: NDArray[np.floating], b: NDArray[np.floating], mean: fl
     K independent D of a pixel, the mean of D_i D_j over i != j expects the square of their common mean (a U-statistic:
     Hoeffding 1948). Its interval is that of a mean over pixels that stand for the whole picture's: `mean_interval`.
 
+    What one seed alone met is in no product, though it may be there always: where light is rare, the products of all
+    pixels may be small together, and look sure. Where fewer than SURE_PIXELS make the estimate, its upper end is no lower
+    than by the noise of the D, which one seed is enough to show: with a variance v, products vary by
+    2 v² / (K (K - 1)) + 4 m² v / K around m².
+
     Raises ValueError where the shapes are not alike, or the mean is not positive.
     """
     check_seeds(a)
@@ -271,9 +280,14 @@ def paired_difference(a: NDArray[np.floating], b: NDArray[np.floating], mean: fl
     count = len(d)
     products = (d.sum(axis=0) ** 2 - (d**2).sum(axis=0)) / (count * (count - 1))
     squares = products.mean(axis=1)
+    value = float(squares.mean())
     low, high = mean_interval(squares)
-    parts = (float(squares.mean()), low, high)
-    return Paired(*(math.sqrt(max(part, 0.0)) for part in parts), pixels=effective_number(squares))
+    pixels = effective_number(squares)
+    if pixels < SURE_PIXELS:
+        noise = d.var(axis=0, ddof=1).mean(axis=1)
+        varies = 2.0 * noise**2 / (count * (count - 1)) + 4.0 * np.maximum(squares, 0.0) * noise / count
+        high = max(high, value + SIGMAS * math.sqrt(float(varies.mean()) / len(varies)))
+    return Paired(*(math.sqrt(max(part, 0.0)) for part in (value, low, high)), pixels=pixels)
 
 
 def effective_number(values: NDArray[np.floating]) -> float:

@@ -41,6 +41,19 @@ def test_the_interval_holds_the_difference_as_often_as_it_says():
     assert 0.95 - 4 * 0.011 <= held / 400 <= 0.95 + 4 * 0.011
 
 
+def test_the_interval_holds_where_light_is_rare():
+    """Of 200 pairs whose difference is made by few of its samples (logarithms of a deviation of 2.5, and of 0.7 from
+    pixel to pixel): products of seeds miss most of it, and intervals by their spread alone held 169 times."""
+    chance = np.random.default_rng(6)
+    nothing, held = np.zeros((4, 1024, 3)), 0
+    for _ in range(200):
+        pixels = np.exp(0.7 * chance.standard_normal(1024) - 0.49)
+        seen = pixels * np.exp(2.5 * chance.standard_normal((8, 4, 1024)) - 3.125).mean(axis=0)
+        found = paired_difference(np.repeat(seen[..., None], 3, axis=2), nothing, 1.0)
+        held += found.low <= 1.0 <= found.high
+    assert held >= 190 - 4 * 3.1  # four deviations of the count
+
+
 def test_noise_alone_makes_no_difference():
     """The mean of 100 estimates of a squared difference that is 0: within four deviations of 0, which a plain mean of
     squares, 0.02 here, is not."""
