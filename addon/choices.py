@@ -45,7 +45,7 @@ AUTO_ROWS = (
         'sampling',
         'Samples',
         'Fewer samples where these leave less noise than the tolerance; more where there is noise and fewer where '
-        'there is none, where that leaves no more noise than the samples that are set',
+        'there is little, if that leaves no more of it in the picture than the samples that are set',
     ),
 )
 # Whose settings hold where Cycles has one of the same meaning; see addon/cycles_settings.py.

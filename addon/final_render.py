@@ -14,6 +14,7 @@ from types import ModuleType
 from typing import Any
 
 import bpy
+import numpy as np
 
 from . import auto, denoise, export, health, lamps, native, passes, preview, settings, stats, watch
 from .export.buffers import Camera, RenderSettings, SceneBuffers
@@ -115,6 +116,7 @@ class RenderJob:
         self.denoising: denoise.Denoising | None = None
         self.time_limit = 0.0  # seconds, 0: none
         self.tolerance = 0.01  # integrator AUTO's, share of the mean
+        self.is_spread = False
         self.auto: tuple[auto.Facts, auto.Materials | None] | None = None  # until it has chosen
         self.start = time.perf_counter()
         self.memory = stats.MemoryMeter()
@@ -197,7 +199,8 @@ class RenderJob:
         if self.auto is not None:
             native_scene, render_settings = self.choose(module, native_scene, camera, render_settings)
             self.auto = None
-        self.stats.describe(size, self.scene.cotorra.device, render_settings)
+        told = dataclasses.replace(render_settings, samples=auto.asked_samples(render_settings))
+        self.stats.describe(size, self.scene.cotorra.device, told)
 
         # Render: until all samples are there or the user stops it; either way what is there goes into the passes.
         self.reporter.phase('Rendering')
@@ -225,6 +228,8 @@ class RenderJob:
         finally:
             session.cancel()
             self.stats.take(session)
+            if self.is_spread:
+                self.stats.samples_done = min(self.stats.samples_done, self.stats.auto['spread']['fewest'])
 
     def auto_parts(self, buffers: SceneBuffers) -> tuple[auto.Part, ...]:
         """Of the materials, what AUTO may leave out: nothing of those that are switched off."""
@@ -321,7 +326,7 @@ class RenderJob:
         next_picture, pause = time.perf_counter() + FIRST_PICTURE_SECONDS, PICTURE_SECONDS
         session.start()
         self.reporter.rendering(session, render_settings.samples)
-        while not session.wait(POLL_SECONDS):
+        while not session.wait(POLL_SECONDS) or self.spread(session, render_settings):
             if self.log.stopped():
                 session.cancel()
                 continue
@@ -347,6 +352,23 @@ class RenderJob:
             )
         elif session.progress() < 1.0:
             self.log.checkpoint()
+
+    def spread(self, session: Any, render_settings: RenderSettings) -> bool:
+        """Lets a session that has its first samples go on where there is noise. False where nothing is to go on."""
+        first = render_settings.spread_after
+        if self.is_spread or not 0 < first <= session.samples_done() or self.log.stopped():
+            return False
+        self.is_spread = True
+        combined = passes.read(session, self.result, 'combined')
+        differences = np.zeros((*combined.shape[:2], 2), np.float32)
+        session.differences(differences)
+        samples = auto.asked_samples(render_settings)
+        found = auto.spread_samples(differences, combined[..., :3].sum(axis=2), first, samples)
+        self.stats.auto['spread'] = found.figures()
+        self.log.info(found.sentence())
+        session.spread(found.most)
+        session.start()
+        return True
 
     def tell_of_clamping(self, session: Any, render_settings: RenderSettings) -> None:
         """How much light the file's means against fireflies took out of the picture or blurred, where that is counted.

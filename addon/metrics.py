@@ -267,8 +267,8 @@ def paired_difference(a: NDArray[np.floating], b: NDArray[np.floating], mean: fl
     Hoeffding 1948). Its interval is that of a mean over pixels that stand for the whole picture's: `mean_interval`.
 
     What one seed alone met is in no product, though it may be there always: where light is rare, the products of all
-    pixels may be small together, and look sure. Where fewer than SURE_PIXELS make the estimate, its upper end is no lower
-    than by the noise of the D, which one seed is enough to show: with a variance v, products vary by
+    pixels may be small together, and look sure. Where fewer than SURE_PIXELS make the estimate, its upper end is no
+    lower than by the noise of the D, which one seed is enough to show: with a variance v, products vary by
     2 v² / (K (K - 1)) + 4 m² v / K around m².
 
     Raises ValueError where the shapes are not alike, or the mean is not positive.

@@ -187,6 +187,7 @@ SettingsInput read_settings(nb::handle settings) {
   in.adaptive = nb::cast<bool>(nb::getattr(settings, "adaptive"));
   in.noise_threshold = nb::cast<float>(nb::getattr(settings, "noise_threshold"));
   in.adaptive_min_samples = nb::cast<std::uint32_t>(nb::getattr(settings, "adaptive_min_samples"));
+  in.spread_after = nb::cast<std::uint32_t>(nb::getattr(settings, "spread_after"));
   in.transparent = nb::cast<bool>(nb::getattr(settings, "transparent_film"));
   in.threads = nb::cast<int>(nb::getattr(settings, "threads"));
   in.measure_tracing = nb::cast<bool>(nb::getattr(settings, "measure_tracing"));
@@ -529,6 +530,26 @@ NB_MODULE(cotorra_native, m) {
       .def("cancel", &Session::cancel, "Asks the threads to stop; what was rendered stays.")
       .def("resume", &Session::resume, nb::call_guard<nb::gil_scoped_release>(),
            "After `cancel`: goes on with the samples that are missing, to the same bits.")
+      .def(
+          "spread",
+          [](Session &self, nb::ndarray<const std::uint32_t, nb::ndim<2>, nb::c_contig, nb::device::cpu> most) {
+            const std::span<const std::uint32_t> pixels(most.data(), most.size());
+            const nb::gil_scoped_release no_gil;
+            self.spread(pixels);
+          },
+          "most"_a.noconvert(),
+          "Once each pixel has settings.spread_after samples: `start` will go on to as many as `most` says, (h, w) "
+          "from\n"
+          "below. Raises RuntimeError before.")
+      .def(
+          "differences",
+          [](Session &self, nb::ndarray<float, nb::ndim<3>, nb::c_contig, nb::device::cpu> out) {
+            const std::span<float> pairs(out.data(), out.size());
+            const nb::gil_scoped_release no_gil;
+            self.differences(pairs);
+          },
+          "out"_a.noconvert(),
+          "film_error of each pixel beside half of its samples, and of these beside half of them, (h, w, 2).")
       .def("progress", &Session::progress, "0 to 1.")
       .def("samples_done", &Session::samples_done, "Samples that every pixel has behind it.")
       .def(

@@ -82,6 +82,15 @@ float noise_left(const FilmTile &tile, std::size_t pixel) {
                                        mark.sum, static_cast<float>(mark.samples));
 }
 
+HalfErrors half_errors(const FilmTile &tile, std::size_t pixel) {
+  const std::uint32_t n = tile.samples[pixel];
+  if (n < 4 || !std::has_single_bit(n)) return {0.0f, 0.0f};
+  const NoiseMarks &marks = tile.marks[pixel];
+  const auto all = static_cast<float>(n), half = 0.5f * all;
+  return {film_error(tile.pixels[pixel].radiance, all, marks.last, half),
+          film_error(marks.last, half, marks.before, 0.5f * half)};
+}
+
 // A pixel's own estimate is as wide as it is large, and each look at it another chance to stop too soon; but one that
 // is far beyond goes on, as its neighbours need not be like it.
 void drop_clean_pixels(FilmTile &tile, float threshold) {

@@ -18,6 +18,14 @@ void measure_rate(FilmTile &tile, std::uint32_t samples);
 // Error that is left in a pixel (film_error), 0 for less than two samples.
 float noise_left(const FilmTile &tile, std::size_t pixel);
 
+// film_error of a pixel beside half of its samples, and of these beside half of them.
+struct HalfErrors {
+  float now, before;
+};
+
+// For numbers of samples that are powers of two, 4 at least; else 0.
+HalfErrors half_errors(const FilmTile &tile, std::size_t pixel);
+
 // Takes pixels out of `pending` whose error, in the mean of their neighbours in the tile, is below the threshold.
 void drop_clean_pixels(FilmTile &tile, float threshold);
 

@@ -107,7 +107,7 @@ bool shares_samples(const CameraInput &camera, const SettingsInput &settings) {
 
 PassSelection select_passes(const CameraInput &camera, const SettingsInput &settings, std::uint32_t light_groups) {
   PassSelection p;
-  p.error = settings.adaptive;
+  p.error = settings.adaptive || settings.spread_after > 0;
   p.bright = settings.reweighting > 0.0f;
   p.shared = shares_samples(camera, settings);
   p.mixed = p.shared && settings.samples >= kMixFrom;
@@ -256,9 +256,16 @@ void Session::describe(const CameraInput &camera) {
 
   // Passes of 1, 1, 2, 4 ... samples: a first picture soon, few interruptions later.
   pass_ends_.clear();
-  for (std::uint32_t done = 0; done < samples;) {
-    done += std::min({std::max(done, 1u), kLongestPass, samples - done});
-    pass_ends_.push_back(done);
+  plan_passes(samples);
+  most_.clear();
+  passes_now_ = pass_ends_.size();
+  if (settings_.spread_after > 0) {
+    require(!settings_.adaptive, "settings.spread_after", std::to_string(settings_.spread_after),
+            "0 with adaptive sampling");
+    const auto last = std::ranges::find(pass_ends_, settings_.spread_after);
+    require(last != pass_ends_.end(), "settings.spread_after", std::to_string(settings_.spread_after),
+            "the end of a pass: a power of two, or a multiple of 32");
+    passes_now_ = static_cast<std::size_t>(last - pass_ends_.begin()) + 1;
   }
   tile_passes_ = std::vector<std::atomic<std::uint32_t>>(film_.tile_count());
   next_work_ = 0;
@@ -354,7 +361,7 @@ void Session::run_passes(std::size_t thread, RayCounts &counts) {
   if (workspace == nullptr) workspace = device_->make_workspace(job_);
   const std::uint64_t at_once = device_->tiles_at_once();
   const std::uint64_t groups = (film_.tile_count() + at_once - 1) / at_once;
-  const std::uint64_t total = groups * pass_ends_.size();
+  const std::uint64_t total = groups * passes_now_;
   while (!cancel_.load(std::memory_order_relaxed)) {
     const std::uint64_t work = next_work_.fetch_add(1);
     if (work >= total) break;
@@ -383,14 +390,17 @@ void Session::run_tiles(std::size_t first_tile, std::size_t tile_count, std::uin
   for (std::size_t k = 0; k < tiles.size(); ++k) {
     if (passes_.mixed) measure_mix(tiles[k], first + count);
     if (passes_.error) measure_rate(tiles[k], first + count);
-    if (settings_.adaptive && !tiles[k].to_sample().empty()) update_pending(tiles[k], first + count);
+    if (!most_.empty()) taken_.fetch_add(count * tiles[k].to_sample().size(), std::memory_order_relaxed);
+    if (!tiles[k].to_sample().empty()) update_pending(tiles[k], first + count);
     samples_finished_.fetch_add(count, std::memory_order_relaxed);
     tile_passes_[first_tile + k].fetch_add(1, std::memory_order_release);
   }
 }
 
-// Adaptive sampling: the next pass leaves out what is clean.
+// The next pass leaves out what has all of its samples, and with adaptive sampling what is clean.
 void Session::update_pending(FilmTile &tile, std::uint32_t samples) const {
+  if (!most_.empty()) drop_sampled_pixels(tile, samples);
+  if (!settings_.adaptive) return;
   const float threshold = settings_.noise_threshold;
   const std::uint32_t least =
       settings_.adaptive_min_samples > 0
@@ -398,6 +408,63 @@ void Session::update_pending(FilmTile &tile, std::uint32_t samples) const {
           : std::max(16u, static_cast<std::uint32_t>(std::lround(1.6f / std::sqrt(std::max(threshold, 1e-6f)))));
   // With one sample there is nothing to compare.
   if (samples >= std::max(least, 2u)) drop_clean_pixels(tile, threshold);
+}
+
+void Session::plan_passes(std::uint32_t samples) {
+  for (std::uint32_t done = pass_ends_.empty() ? 0 : pass_ends_.back(); done < samples;) {
+    done += std::min({std::max(done, 1u), kLongestPass, samples - done});
+    pass_ends_.push_back(done);
+  }
+}
+
+std::size_t Session::pixel_of(const FilmTile &tile, std::size_t i) const {
+  const auto across = static_cast<std::size_t>(tile.width);
+  const std::size_t x = static_cast<std::size_t>(tile.x0) + i % across,
+                    y = static_cast<std::size_t>(tile.y0) + i / across;
+  return y * static_cast<std::size_t>(film_.width()) + x;
+}
+
+void Session::drop_sampled_pixels(FilmTile &tile, std::uint32_t samples) const {
+  const std::lock_guard lock(tile.mutex);
+  std::erase_if(tile.pending, [&](std::uint16_t i) { return most_[pixel_of(tile, i)] <= samples; });
+}
+
+void Session::spread(std::span<const std::uint32_t> most) {
+  const std::lock_guard lock(mutex_);
+  require(most.size() == static_cast<std::size_t>(film_.width()) * static_cast<std::size_t>(film_.height()), "most",
+          std::to_string(most.size()) + " numbers", "one for each pixel");
+  const auto behind = [this](const auto &passes) { return passes.load() < passes_now_; };
+  if (running_ > 0 || !most_.empty() || settings_.spread_after == 0 || std::ranges::any_of(tile_passes_, behind)) {
+    throw std::logic_error("samples are spread once, when each pixel has settings.spread_after of them");
+  }
+  for (std::thread &thread : threads_) thread.join();
+  threads_.clear();
+  most_.resize(most.size());
+  std::ranges::transform(most, most_.begin(), [this](auto n) { return std::max(n, settings_.spread_after); });
+  pass_ends_.resize(passes_now_);
+  plan_passes(*std::ranges::max_element(most_));
+  planned_ = 0;
+  for (const std::uint32_t wanted : most_) planned_ += *std::ranges::lower_bound(pass_ends_, wanted);
+  taken_ = static_cast<std::uint64_t>(settings_.spread_after) * most_.size();
+  for (std::size_t k = 0; k < film_.tile_count(); ++k) drop_sampled_pixels(film_.tile(k), settings_.spread_after);
+  passes_now_ = pass_ends_.size();
+  next_work_ = 0;
+}
+
+void Session::differences(std::span<float> out) {
+  const std::size_t pixels = static_cast<std::size_t>(film_.width()) * static_cast<std::size_t>(film_.height());
+  require(out.size() == 2 * pixels, "out", std::to_string(out.size()) + " numbers", "two for each pixel");
+  require(settings_.spread_after > 0, "settings.spread_after", "0", "above 0 to tell differences");
+  for (std::size_t k = 0; k < film_.tile_count(); ++k) {
+    FilmTile &tile = film_.tile(k);
+    const std::lock_guard lock(tile.mutex);
+    for (std::size_t i = 0; i < tile.pixels.size(); ++i) {
+      const HalfErrors errors = half_errors(tile, i);
+      const std::size_t at = 2 * pixel_of(tile, i);
+      out[at] = errors.now;
+      out[at + 1] = errors.before;
+    }
+  }
 }
 
 bool Session::wait(double seconds) {
@@ -422,6 +489,10 @@ void Session::continue_on_cpu() {
 }
 
 double Session::progress() const {
+  if (!most_.empty()) {
+    return planned_ > 0 ? static_cast<double>(taken_.load(std::memory_order_relaxed)) / static_cast<double>(planned_)
+                        : 1.0;
+  }
   const double total = static_cast<double>(pass_ends_.back()) * static_cast<double>(film_.tile_count());
   return static_cast<double>(samples_finished_.load(std::memory_order_relaxed)) / total;
 }

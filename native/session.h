@@ -48,6 +48,7 @@ struct SettingsInput {  // addon/export/buffers.py, RenderSettings
   bool adaptive = false;
   float noise_threshold = 0.01f;
   std::uint32_t adaptive_min_samples = 0;
+  std::uint32_t spread_after = 0;  // samples after which `spread` tells where more are taken, 0: all pixels take all
   bool transparent = false;
   int threads = 0;
   bool measure_tracing = false;
@@ -99,6 +100,12 @@ class Session {
   void cancel() { cancel_.store(true, std::memory_order_relaxed); }
   // After `cancel`: goes on with the samples that are missing, to the same bits.
   void resume();
+  // Once each pixel has settings.spread_after samples: `start` will go on to as many as `most` says, row by row from
+  // below, or as the end of the pass in which it reaches them. Throws std::logic_error before, and the second time.
+  void spread(std::span<const std::uint32_t> most);
+  // What each pixel differs by from itself after half of its samples, and that one from after a quarter: how large its
+  // error is and how fast it falls. Pairs, row by row. For settings.spread_after alone.
+  void differences(std::span<float> out);
   double progress() const;
   std::uint32_t samples_done() const;
   void read(const std::string &pass, std::span<float> out);
@@ -115,6 +122,9 @@ class Session {
   void run_tiles(std::size_t first_tile, std::size_t tile_count, std::uint32_t first, std::uint32_t count,
                  Workspace &workspace, RayCounts &counts);
   void update_pending(FilmTile &tile, std::uint32_t samples) const;
+  void plan_passes(std::uint32_t samples);
+  std::size_t pixel_of(const FilmTile &tile, std::size_t i) const;  // in the whole film, row by row
+  void drop_sampled_pixels(FilmTile &tile, std::uint32_t samples) const;
 
   std::shared_ptr<const Scene> scene_;
   SettingsInput settings_;
@@ -129,6 +139,10 @@ class Session {
   std::unique_ptr<Device> device_;
   std::vector<std::unique_ptr<Workspace>> workspaces_;  // by thread, where they are kept
   std::vector<std::uint32_t> pass_ends_;  // samples after each progressive pass
+  std::size_t passes_now_ = 0;            // of these, as long as `spread` was not called
+  std::vector<std::uint32_t> most_;       // samples of each pixel, as `spread` was told
+  std::uint64_t planned_ = 0;             // of all pixels then
+  std::atomic<std::uint64_t> taken_ = 0;
   std::vector<std::atomic<std::uint32_t>> tile_passes_;  // passes that each tile has behind it
 
   std::atomic<std::uint64_t> next_work_{0};  // a pass over a few tiles

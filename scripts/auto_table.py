@@ -5,7 +5,8 @@ Each scene is rendered by both with two seeds each, one after the other, in a pr
 difference of the converged pictures (free of noise: products of two seeds), the noise, and the seconds of processor
 time, pilot included. A line of the table is printed as soon as its scene is done. Kept: the measured difference is
 within the stated bound (yes), beyond it by no more than its own noise, or beyond it (NO). Pilot: its seconds as a share
-of those of Path's render.
+of those of Path's render. At equal: the ratio of times at equal error, noise and difference together, as noise falls
+with the root of the time; errors below the tolerance count as that.
 """
 
 from __future__ import annotations
@@ -27,8 +28,11 @@ import numpy as np
 from benchmark import scenes
 
 SEEDS = (11, 12)
-HEAD = ('scene', 'bound %', 'measured %', 'kept', 'noise: told %', 'AUTO %', 'Path %', 'pilot %', 'faster', 'chosen')
-WIDTHS = (18, 8, 12, 6, 14, 7, 7, 8, 7)
+HEAD = (
+    *('scene', 'bound %', 'measured %', 'kept', 'noise: told %', 'AUTO %', 'Path %', 'pilot %', 'faster', 'at equal'),
+    'chosen',
+)
+WIDTHS = (18, 8, 12, 6, 14, 7, 7, 8, 7, 9)
 
 
 def parse(arguments: list[str] | None) -> argparse.Namespace:
@@ -135,15 +139,19 @@ def measure(found: dict[str, Any], images: dict[str, list[np.ndarray]], toleranc
     apart = paired_difference(path, auto, mean)
     bound = max(entry['auto']['bound'] for entry in found[name])
     seconds = {key: sum(entry['cpu'] for entry in found[key]) for key in ('PATH', name)}
+    faster = seconds['PATH'] / seconds[name]
+    noises = {'AUTO': noise(images[name], mean), 'PATH': noise(images['PATH'], mean)}
+    errors = max(np.hypot(noises['AUTO'], apart.value), tolerance / 100.0), max(noises['PATH'], tolerance / 100.0)
     shared = sum(e['pilot_seconds'] for e in found[name]) / sum(e['render_seconds'] for e in found['PATH'])
     return {
         'bound': bound,
         'measured': asdict(apart),
         'kept': 'yes' if apart.value <= bound else 'noise' if apart.low <= bound else 'NO',
         'noise_told': told['noise'],
-        'noise': {'AUTO': noise(images[name], mean), 'PATH': noise(images['PATH'], mean)},
+        'noise': noises,
         'pilot': shared,
-        'faster': seconds['PATH'] / seconds[name],
+        'faster': faster,
+        'at_equal': float(faster * (errors[1] / errors[0]) ** 2),
         'rays': sum(entry['rays'] for entry in found['PATH']) / sum(entry['rays'] for entry in found[name]),
         'told': told,
         'cpu': seconds,
@@ -173,17 +181,19 @@ def line(name: str, figures: dict[str, Any]) -> str:
         part(figures['noise']['PATH']),
         part(figures['pilot']),
         f'{figures["faster"]:.2f}',
+        f'{figures["at_equal"]:.2f}',
         ', '.join(changed) or told['reason'] or 'all',
     )
     return '  '.join([cell.ljust(width) for cell, width in zip(cells, WIDTHS, strict=False)] + [cells[-1]])
 
 
 def summary(rows: dict[str, dict[str, Any]]) -> str:
-    ratios = np.array([figures['faster'] for figures in rows.values()])
+    ratios, equal = (np.array([figures[key] for figures in rows.values()]) for key in ('faster', 'at_equal'))
     kept, unsure = (sum(figures['kept'] == word for figures in rows.values()) for word in ('yes', 'noise'))
     return (
         f'{kept} of {len(rows)} within the stated bound, {unsure} beyond it by no more than their noise; '
-        f'faster {np.exp(np.log(ratios).mean()):.2f} times in the geometric mean, {ratios.min():.2f} at least'
+        f'faster {np.exp(np.log(ratios).mean()):.2f} times in the geometric mean, {ratios.min():.2f} at least; '
+        f'at equal error {np.exp(np.log(equal).mean()):.2f} times, {equal.min():.2f} at least'
     )
 
 

@@ -138,6 +138,47 @@ def test_the_noise_that_is_told_is_what_remains(made: Callable[[], b.SceneBuffer
     assert remains == pytest.approx(told, rel=0.2)
 
 
+# ---- Samples where they are needed
+
+
+def test_samples_are_taken_where_they_were_told_to_be() -> None:
+    """A column takes as many as `most` says, or as the pass in which it reaches them ends with; none fewer than all had
+    before. What a pixel shows does not depend on how many its neighbours take."""
+    module = native.load()
+    built = module.Scene(noisy_pixels(), threads=1, embree=native.embree_library())
+    settings = b.RenderSettings(
+        integrator='DIRECT', samples=256, spread_after=8, threads=2, passes=('combined', 'sample_count')
+    )
+    pictures = []
+    for wanted in (np.resize([1, 8, 9, 16, 100, 128], SIZE), np.full(SIZE, 128)):
+        session = module.Session(built, camera(1.0, SIZE), settings)
+        with pytest.raises(RuntimeError, match='spread'):
+            session.spread(np.zeros((SIZE, SIZE), U32))
+        session.start()
+        assert session.wait(300.0) and session.samples_done() == 8
+        differences = np.zeros((SIZE, SIZE, 2), F32)
+        session.differences(differences)
+        rows, columns = np.nonzero(differences[..., 0])
+        assert {(x, y) for x, y in zip(columns.tolist(), rows.tolist(), strict=True)} == set(NOISY)
+        session.spread(np.tile(wanted, (SIZE, 1)).astype(U32))
+        session.start()
+        assert session.wait(300.0) and session.progress() == 1.0
+        found = np.zeros((SIZE, SIZE, 1), F32), np.zeros((SIZE, SIZE, 4), F32)
+        session.read('sample_count', found[0])
+        session.read('combined', found[1])
+        ends = np.resize([8, 8, 16, 16, 128, 128], SIZE) if wanted[0] == 1 else wanted
+        assert (found[0][..., 0] == ends).all()
+        pictures.append(found[1])
+    same = np.resize([False] * 4 + [True] * 2, SIZE)
+    assert (pictures[0][:, same] == pictures[1][:, same]).all()
+
+
+@pytest.mark.parametrize('wrong', [{'spread_after': 9}, {'spread_after': 8, 'adaptive': True}, {'spread_after': 64}])
+def test_where_samples_cannot_be_spread(wrong: dict) -> None:
+    with pytest.raises(ValueError, match='spread_after'):
+        render(noisy_pixels(), camera(1.0, SIZE), **({'samples': 32} | wrong))
+
+
 # ---- Stopping
 
 

@@ -20,6 +20,7 @@ from .measure import Noise
 from .models import NORMAL, Part, needless, without, work
 from .pilot import Pilot, Rendered, seeds, shift_of, small_camera
 from .plan import LIMITS, percent
+from .spread import spreading
 
 # Rows and the limits that they lower.
 LIMIT_OF = {
@@ -163,6 +164,23 @@ def choose(
         return replace(everything, reason='pilots are rendered on the CPU only so far')
     if time_limit > 0.0:
         return replace(everything, reason='time ends the render: nothing tells how long a pilot may be')
+    result = piloted(pilot, camera, asked, found, tolerance, allowed, materials)
+    if 'sampling' not in allowed:
+        return result
+    return replace(result, settings=spreading(result.settings, camera.region[2] * camera.region[3]))
+
+
+def piloted(
+    pilot: Pilot,
+    camera: Camera,
+    asked: RenderSettings,
+    found: Facts,
+    tolerance: float,
+    allowed: frozenset[str],
+    materials: Materials | None,
+) -> Choice:
+    """What the pilot tells, if there is one."""
+    everything = Choice(asked, tolerance=tolerance)
     columns, rows = camera.region[2:]
     set_sampling = sampling_of(asked)
     least = min(set_sampling.samples, set_sampling.first_look()) if asked.adaptive else asked.samples
@@ -203,6 +221,7 @@ class Trial:
         self.scene: Any = None  # without the needless parts of materials
         self.pilot, self.asked, self.found = pilot, asked, found
         self.tolerance, self.allowed, self.spend = tolerance, allowed, spend
+        self.spreads = spreading(asked, camera.region[2] * camera.region[3]) != asked
         self.pilot.camera = small_camera(camera, spend.width, spend.height, shift=shift_of(asked.seed))
         self.between = small_camera(camera, spend.width, spend.height, between=True)
         self.settings_seen = 0
@@ -383,9 +402,11 @@ class Trial:
         if 'sampling' not in self.allowed:
             why = 'switched off'
         else:
-            best = plan.sampling(asked, noise, before, bias, self.tolerance)
+            best = plan.sampling(asked, noise, before, bias, self.tolerance, stopping=not self.spreads)
             dominated = noise.dominated or before.dominated
-            if best == asked and dominated:
+            if best == asked and self.spreads:
+                why = 'the render itself tells where they are needed'
+            elif best == asked and dominated:
                 why = f'{plan.UNSURE}: a few pixels make most of the noise'
             elif best != asked and best.samples == asked.samples:
                 why = f'adds no more than {percent(best.added(noise, asked).high)} to the error'

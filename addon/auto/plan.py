@@ -296,13 +296,16 @@ THRESHOLDS = tuple(1e-4 * 2.0 ** (step / 4) for step in range(54))  # up to 1
 LEAST_SHARE = 8
 
 
-def sampling(asked: Sampling, noise: Noise, before: Noise, bias: float, tolerance: float) -> Sampling:
+def sampling(
+    asked: Sampling, noise: Noise, before: Noise, bias: float, tolerance: float, stopping: bool = True
+) -> Sampling:
     """The cheapest sampling whose error is within the tolerance, or beyond that of what was asked for by no more.
 
     Where the noise is beyond the tolerance, pixels stop where that adds less than the tolerance to the error, root mean
     square over the picture: what they miss by stopping, which is no more than the noise that they stop at, is in that.
 
     noise, before: with the other simplifications, and without them. bias: upper end of the difference that they make.
+    stopping: whether pixels may stop that look clean.
     """
     _, highest = asked.error(noise)
     room = max(tolerance**2 - bias**2, 0.0) ** 0.5
@@ -327,12 +330,13 @@ def sampling(asked: Sampling, noise: Noise, before: Noise, bias: float, toleranc
             for other in [replace(asked, threshold=threshold)]
             if other.error(noise)[1] <= room
         ]
-    elif within:
+    elif within and stopping:
         suffices = min((other.samples for other in enough), default=asked.samples)
         most, least = min(suffices * ADAPTIVE_ROOM, asked.samples), max(suffices // ADAPTIVE_ROOM, 1)
         stopped = [Sampling(most, True, threshold, least) for threshold in THRESHOLDS]
         enough += [other for other in stopped if other.error(noise)[1] <= room]
-    enough += [other for other in stops(asked, noise) if adds_little(other.added(noise, asked), room)]
+    if stopping:
+        enough += [other for other in stops(asked, noise) if adds_little(other.added(noise, asked), room)]
     if not enough:
         return asked
     best = min(enough, key=lambda other: other.work(noise))

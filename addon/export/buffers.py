@@ -365,6 +365,8 @@ class RenderSettings:
         the filter is so narrow that it reaches none, or farther than 1.5 pixels, nor with reweighting.
     light_threshold: light below which shadow rays are traced at random, 0: all are. For DIRECT and PATH.
     ambient_color to outline_object: as in properties.py.
+    spread_after: samples after which Session.spread is told how many each pixel takes, at most `samples`; 0: all take
+        all. A power of two, or a multiple of 32.
     passes:     native pass names, see PASSES; 'combined' is always there.
     threads:    0 = all.
     device:     one of choices.DEVICES; device_index: of cotorra_native.devices(), -1: the first that can be used.
@@ -395,6 +397,7 @@ class RenderSettings:
     adaptive: bool = False
     noise_threshold: float = 0.01
     adaptive_min_samples: int = 0
+    spread_after: int = 0
     transparent_film: bool = False
     threads: int = 0
     passes: tuple[str, ...] = ('combined',)
