@@ -325,7 +325,7 @@ class RenderJob:
         show_pictures = in_window()
         next_picture, pause = time.perf_counter() + FIRST_PICTURE_SECONDS, PICTURE_SECONDS
         session.start()
-        self.reporter.rendering(session, render_settings.samples)
+        self.tell_progress(session, render_settings)
         while not session.wait(POLL_SECONDS) or self.spread(session, render_settings):
             if self.log.stopped():
                 session.cancel()
@@ -342,16 +342,22 @@ class RenderJob:
                 cost = time.perf_counter() - now
                 next_picture = now + cost + max(pause, PICTURE_COST * cost)
                 pause = min(pause * PICTURE_GROWTH, PICTURE_SECONDS_MAX)
-            self.reporter.rendering(session, render_settings.samples, redrawn=picture_due)
+            self.tell_progress(session, render_settings, redrawn=picture_due)
         passes.write(session, self.result, sources, render_settings.samples, film)
-        self.reporter.rendering(session, render_settings.samples, last=True)
+        self.tell_progress(session, render_settings, last=True)
         if late and session.progress() < 1.0:
             self.log.info(
                 f'The time limit of {self.time_limit:g} s ended the render after {session.samples_done()} of '
-                f'{render_settings.samples} samples'
+                f'{auto.asked_samples(render_settings)} samples'
             )
         elif session.progress() < 1.0:
             self.log.checkpoint()
+
+    def tell_progress(self, session: Any, render_settings: RenderSettings, **when: bool) -> None:
+        """Of the samples that were asked for; a session that will be spread may take more of some pixels."""
+        asked = auto.asked_samples(render_settings)
+        scale = 1.0 if self.is_spread else render_settings.samples / asked
+        self.reporter.rendering(session, asked, scale, **when)
 
     def spread(self, session: Any, render_settings: RenderSettings) -> bool:
         """Lets a session that has its first samples go on where there is noise. False where nothing is to go on."""

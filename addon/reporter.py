@@ -53,17 +53,20 @@ class Reporter:
         self._show(memory, name)
         watch.progress(watch.Progress(self._layer, name, memory=memory))
 
-    def rendering(self, session: Any, total_samples: int, last: bool = False, redrawn: bool = False) -> None:
-        """Samples come in. Cheap where nothing is due. redrawn: the window will be drawn anyway."""
+    def rendering(
+        self, session: Any, total_samples: int, scale: float = 1.0, last: bool = False, redrawn: bool = False
+    ) -> None:
+        """Samples come in. Cheap where nothing is due. scale: of the session's progress. redrawn: the window will be
+        drawn anyway."""
         now = time.perf_counter()
         watcher_due = watch.active is not None and (last or now >= self._next_watcher)
         window_due = last or redrawn or now >= self._next_window
         if not watcher_due and not window_due:
             return
-        fraction = session.progress()
+        fraction = min(scale * session.progress(), 1.0)
         elapsed = now - self._began
         remaining = elapsed * (1.0 - fraction) / fraction if fraction > 0.0 else None
-        samples = session.samples_done()
+        samples = min(session.samples_done(), total_samples)
         self._memory.sample()
         figures = session.stats()
         memory = self.scene_bytes + figures['memory_bytes'] + figures.get('device_bytes', 0)
