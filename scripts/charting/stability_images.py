@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Maps of whole pictures by samples and scene: is the noise that is told the error that is left, is what adaptive
-sampling leaves within its threshold, and does denoising lower the error?
+sampling leaves within its threshold, and do denoising and shared samples lower the error?
 
 Truth is a converged picture of other seeds. The scenes are made of tests/classic_scenes.py, one for each kind of noise.
 """
@@ -31,7 +31,7 @@ def maps(quick: bool) -> list[Map]:
     counts = np.array([4.0, 16.0, 64.0] if quick else [2.0, 4.0, 8.0, 16.0, 32.0, 64.0, 128.0, 256.0])
     converged = 1024 if quick else 8192
     made = [Pictures(build, size, converged) for build in SCENES.values()]
-    return [told(made, counts), stopped(made, quick), cleaned(made, counts)]
+    return [told(made, counts), stopped(made, quick), cleaned(made, counts), shared(made, counts)]
 
 
 # ---- Scenes
@@ -146,6 +146,23 @@ def stopped(made: list[Pictures], quick: bool) -> Map:
     return Map(
         'Adaptive stop', x, scenes_axis((0.0, 3.0)), error, said, measure='error beyond the threshold', limit=0.25
     )
+
+
+def shared(made: list[Pictures], counts: F64) -> Map:
+    """Error where pixels share samples over that where each has its own, relative to how bright it looks."""
+    x = Axis('samples', counts, (8.0, 256.0))
+    error = np.zeros((len(made), len(counts)))
+    for j, one in enumerate(made):
+        for i, samples in enumerate(counts.astype(int)):
+            all_, own = (
+                np.mean([one.true_error(one.render(int(samples), k, sharing=on)[0]['combined']) for k in range(SEEDS)])
+                for on in (True, False)
+            )
+            error[j, i] = all_ / own
+    said = 'fewer samples do not tell where light is so smooth that each pixel had better keep its own'
+    return Map(
+        'Shared samples', x, scenes_axis((0.0, 4.0)), error, said, measure='error over that of own samples', limit=1.1
+    )  # fmt: skip
 
 
 def cleaned(made: list[Pictures], counts: F64) -> Map:
