@@ -31,9 +31,9 @@ std::vector<std::uint16_t> morton_order(int width, int height) {
 // Of a pixel with its passes.
 std::uint64_t pixel_bytes(const PassSelection &passes) {
   const auto if_kept = [](bool kept, std::size_t bytes) { return kept ? bytes : 0; };
-  return sizeof(FilmPixel) + if_kept(passes.shared, sizeof(SharedSum)) + if_kept(passes.mixed, sizeof(NoiseMarks)) +
-         if_kept(passes.bright, BRIGHT_CASCADES * sizeof(BrightSum)) +
-         if_kept(passes.error || passes.mixed, sizeof(NoiseMarks)) +
+  const std::size_t mark = (passes.shared ? 2 : 1) * sizeof(vec3);
+  return sizeof(FilmPixel) + if_kept(passes.shared, sizeof(SharedSum)) + if_kept(passes.error || passes.mixed, mark) +
+         if_kept(passes.error, mark) + if_kept(passes.bright, BRIGHT_CASCADES * sizeof(BrightSum)) +
          if_kept(passes.error, sizeof(std::uint32_t) + sizeof(std::uint16_t)) +
          if_kept(passes.nearest, sizeof(NearestRecord)) + if_kept(passes.surface, sizeof(SurfaceRecord)) +
          if_kept(passes.features, sizeof(FeatureRecord)) + if_kept(passes.emission, sizeof(vec3)) +
@@ -275,8 +275,10 @@ void Film::make_tiles(int tile_size) {
       if (order.empty()) order = morton_order(t.width, t.height);
       t.order = &order;
       if (passes.shared) t.shared.assign(n, SharedSum{{vec3(0.0f), 0.0f}, 0.0f});
-      if (passes.error || passes.mixed) t.marks.resize(n);
-      if (passes.mixed || (passes.error && passes.shared)) t.shared_marks.resize(n);
+      if (passes.error || passes.mixed) t.marks.last.assign(n, vec3(0.0f));
+      if (passes.error) t.marks.before.assign(n, vec3(0.0f));
+      if (passes.shared && (passes.error || passes.mixed)) t.shared_marks.last.assign(n, vec3(0.0f));
+      if (passes.shared && passes.error) t.shared_marks.before.assign(n, vec3(0.0f));
       if (passes.error) {
         t.samples.assign(n, 0);
         t.pending = order;

@@ -63,9 +63,10 @@ struct FeatureRecord {
   vec3 normal{0.0f, 0.0f, 0.0f};
 };
 
-// Sums of radiance at the last two powers of two below a pixel's number of samples (noise_estimate.h).
-struct NoiseMarks {
-  vec3 before{0.0f, 0.0f, 0.0f}, last{0.0f, 0.0f, 0.0f};
+// Sums of radiance at the last two powers of two below a pixel's number of samples (noise_estimate.h), by pixel.
+struct Marks {
+  std::vector<vec3> last;
+  std::vector<vec3> before;  // for adaptive sampling alone
 };
 
 struct ShadowRecord {
@@ -99,8 +100,8 @@ struct FilmTile {
   std::vector<vec3> lamps;                // [pixel * lamps + lamp]
   std::vector<SharedSum> shared;          // where pixels share samples: what they get (kernels/sharing.h)
   std::vector<float> mix;                 // by block: the part of `shared` in Combined, the rest is each pixel's own
-  std::vector<NoiseMarks> marks;          // adaptive sampling, and where `mix` is found
-  std::vector<NoiseMarks> shared_marks;   // of `shared`, means times samples
+  // Adaptive sampling, and where `mix` is found; of `shared`: means times samples.
+  Marks marks, shared_marks;
   std::uint32_t marked = 0;               // the number of samples that the last marks have
   float error_scale = 1.0f;               // adaptive sampling: of film_error, by how fast the error falls here
   std::vector<std::uint32_t> samples;     // adaptive sampling: taken by each pixel

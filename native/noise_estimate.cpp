@@ -25,21 +25,29 @@ struct Mark {
   std::uint32_t samples;
 };
 
+void mark(Marks &marks, std::size_t pixel, vec3 sum) {
+  if (!marks.before.empty()) marks.before[pixel] = marks.last[pixel];
+  marks.last[pixel] = sum;
+}
+
+struct PixelMarks {
+  vec3 before, last;
+};
+
 // Those of Combined.
-NoiseMarks marks_of(const FilmTile &tile, std::size_t pixel) {
-  NoiseMarks marks = tile.marks[pixel];
-  if (tile.shared_marks.empty()) return marks;
-  const NoiseMarks &all = tile.shared_marks[pixel];
+PixelMarks marks_of(const FilmTile &tile, std::size_t pixel) {
+  PixelMarks marks{tile.marks.before[pixel], tile.marks.last[pixel]};
+  if (tile.shared.empty()) return marks;
   const float part = tile.part_shared(pixel);
-  marks.before += (all.before - marks.before) * part;
-  marks.last += (all.last - marks.last) * part;
+  marks.before += (tile.shared_marks.before[pixel] - marks.before) * part;
+  marks.last += (tile.shared_marks.last[pixel] - marks.last) * part;
   return marks;
 }
 
 // The sums that a pixel's error is measured against: a third to two thirds of its n samples, n > 1.
 Mark mark_of(const FilmTile &tile, std::size_t pixel, std::uint32_t n) {
   const std::uint32_t last = std::bit_floor(n - 1);
-  const NoiseMarks marks = marks_of(tile, pixel);
+  const PixelMarks marks = marks_of(tile, pixel);
   // Nobody has less than one sample.
   return last > 1 && 2 * n < 3 * last ? Mark{marks.before, last / 2} : Mark{marks.last, last};
 }
@@ -51,9 +59,8 @@ void mark_noise(FilmTile &tile, std::uint32_t first) {
   const std::lock_guard lock(tile.mutex);
   tile.marked = first;
   for (const std::uint16_t i : tile.to_sample()) {
-    tile.marks[i] = {tile.marks[i].last, tile.pixels[i].radiance};
-    if (!tile.shared_marks.empty())
-      tile.shared_marks[i] = {tile.shared_marks[i].last, tile.shared_mean(i).radiance * static_cast<float>(first)};
+    mark(tile.marks, i, tile.pixels[i].radiance);
+    if (!tile.shared.empty()) mark(tile.shared_marks, i, tile.shared_mean(i).radiance * static_cast<float>(first));
   }
 }
 
@@ -62,7 +69,7 @@ void measure_rate(FilmTile &tile, std::uint32_t samples) {
   const auto n = static_cast<float>(samples);
   double now = 0.0, before = 0.0;
   for (const std::uint16_t i : tile.pending) {
-    const NoiseMarks marks = marks_of(tile, i);
+    const PixelMarks marks = marks_of(tile, i);
     now += static_cast<double>(film_error(tile.mean(i).radiance * n, n, marks.last, 0.5f * n));
     before += static_cast<double>(film_error(marks.last, 0.5f * n, marks.before, 0.25f * n));
   }
@@ -85,7 +92,7 @@ float noise_left(const FilmTile &tile, std::size_t pixel) {
 HalfErrors half_errors(const FilmTile &tile, std::size_t pixel) {
   const std::uint32_t n = tile.samples[pixel];
   if (n < 4 || !std::has_single_bit(n)) return {0.0f, 0.0f};
-  const NoiseMarks &marks = tile.marks[pixel];
+  const PixelMarks marks{tile.marks.before[pixel], tile.marks.last[pixel]};  // each pixel's own
   const auto all = static_cast<float>(n), half = 0.5f * all;
   return {film_error(tile.pixels[pixel].radiance, all, marks.last, half),
           film_error(marks.last, half, marks.before, 0.5f * half)};

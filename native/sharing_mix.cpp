@@ -47,8 +47,8 @@ void measure_mix(FilmTile &tile, std::uint32_t samples) {
   for (const std::uint16_t i : tile.to_sample()) {
     const vec3 own = tile.pixels[i].radiance, all = tile.shared_mean(i).radiance * n;
     // How far the means have moved: of n samples against the first half.
-    const vec3 own_moved = (own - tile.marks[i].last * 2.0f) * (1.0f / n);
-    const vec3 step = (all - tile.shared_marks[i].last * 2.0f) * (1.0f / n) - own_moved;
+    const vec3 own_moved = (own - tile.marks.last[i] * 2.0f) * (1.0f / n);
+    const vec3 step = (all - tile.shared_marks.last[i] * 2.0f) * (1.0f / n) - own_moved;
     // By how bright it looks, as film_error has it.
     const float weight = 1.0f / (1e-4f + std::max(all.x + all.y + all.z, 0.0f) / n);
     Squares &s = blocks[tile.mix_block(i)];
