@@ -146,9 +146,9 @@ NORMALS = [
     Case(
         'normals_bent_by_maps',
         'Bsdf bsdf; bsdf_prepare(scene, material, n, ng, wo, bsdf); bsdf.n_smooth = ng;'
-        'kept = bump_shadowing(bsdf, wi);',
+        'kept = bump_shadowing(bsdf, wi); either = bump_shadowing_of(n, ng, wi);',
         {'material': MATERIAL, 'n': NORMAL, 'ng': NORMAL, 'wo': WO, 'wi': DIRECTION},
-        {'kept': 'float'},
+        {'kept': 'float', 'either': 'float'},
         ROUNDING,
         scene=True,
     ),

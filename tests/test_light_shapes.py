@@ -42,6 +42,7 @@ def scene() -> bpy.types.Scene:
     made.render.engine = 'COTORRA'
     made.render.resolution_x = made.render.resolution_y = 48
     made.cotorra.integrator, made.cotorra.samples = 'DIRECT', 1
+    made.cotorra.use_sample_sharing = False  # each pixel shows the point that its sample saw
     made.view_layers[0].use_pass_position = True
     return made
 
