@@ -264,6 +264,7 @@ void test_adaptive(const std::shared_ptr<const Scene> &scene) {
   settings.samples = 40;
   settings.adaptive_min_samples = 4;
   settings.noise_threshold = 0.2f;
+  settings.sharing = true;
   Session session(scene, make_camera(), settings);
   session.start();
   CHECK(session.wait(600.0));
