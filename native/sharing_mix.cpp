@@ -3,8 +3,7 @@
 // than that of as many random ones; those that it shares with its neighbours are weighted by where they lie, and lose
 // that. Both estimates have the same mean, so any mix has it, too. Which one leaves the least noise is told by how far
 // both have moved since half of the samples: the least squares of that over the blocks of pixels around one. Its own
-// would favour the mix that happens to have moved least, which is darker where few samples are bright: by 0.03 to 0.1
-// %.
+// would favour the mix that happens to have moved least, which is darker where few samples are bright: up to 0.1 %.
 #include "sharing_mix.h"
 
 #include <algorithm>
