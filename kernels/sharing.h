@@ -18,6 +18,7 @@ namespace cotorra {
 const uint SHARING_SIDE = 5u;
 const uint SHARING_WINDOW = SHARING_SIDE * SHARING_SIDE;
 const uint SHARING_PIXELS = 9u;
+const uint SHARING_ALL = 0x1ffffffu;  // each pixel of the window
 const float SHARING_RADIUS = 1.5f;  // of the widest filter that reaches no farther
 
 // What a sample counts for 3 x 3 pixels, row by row; the sum is 1. The first is at `first` in the 5 x 5 around the
@@ -61,6 +62,15 @@ FN void sample_shares(IN(FloatBuffer) table, float radius, vec2 offset, uint sam
     along[k] = filter_density(table, (offset.y - float(y + k - 1)) * scale);
   }
   shares.first = uint((y + 1) * int(SHARING_SIDE) + x + 1);
+  // Where all are sampled, as away from a tile's edges, rows and columns go alone.
+  if (sampled == SHARING_ALL) {
+    const float all = 1.0f / max((across[0] + across[1] + across[2]) * (along[0] + along[1] + along[2]), 1e-30f);
+    for (uint row = 0u; row < 3u; ++row) {
+      const float scaled = along[row] * all;
+      for (uint k = 0u; k < 3u; ++k) shares.weights[row * 3u + k] = scaled * across[k];
+    }
+    return;
+  }
   float sum = 0.0f;
   for (uint row = 0u; row < 3u; ++row) {
     for (uint k = 0u; k < 3u; ++k) {
