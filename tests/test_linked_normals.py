@@ -18,10 +18,7 @@ from flat_scenes import node
 from render_calls import read_exr
 from scenes import build
 
-pytestmark = [
-    pytest.mark.usefixtures('engine'),
-    pytest.mark.skipif(bpy.app.version < (5, 0, 0), reason='the nodes are those of Blender 5.2'),
-]
+pytestmark = pytest.mark.usefixtures('engine')
 
 SIDE = 12  # facets
 PIXELS, WINDOW = 96, 3.2
@@ -43,6 +40,7 @@ CLOSURES = {
     'metal': ('BsdfPrincipled', {}, {'Roughness': 0.6, 'Metallic': 1.0}),
     'principled': ('BsdfPrincipled', {}, {'Roughness': 0.6, 'Specular IOR Level': 0.0}),
 }
+OTHERS_IN_4 = ('sheen, Ashikhmin', 'toon, glossy')
 
 
 def vectors() -> np.ndarray:
@@ -102,6 +100,8 @@ def values(scene: bpy.types.Scene, sun: tuple[float, float, float], engine: str,
 
 @pytest.mark.parametrize('name', CLOSURES)
 def test_a_vector_as_a_normal_is_as_in_cycles(name: str, tmp_path: Path) -> None:
+    if bpy.app.version < (5, 0, 0) and name in OTHERS_IN_4:
+        pytest.skip('of the 144 vectors Cycles 4.5 lights one that 5.2 leaves black')
     scene = scene_of(*CLOSURES[name])
     lit = 0
     for sun in ABOVE + BELOW:

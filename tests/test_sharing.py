@@ -44,7 +44,8 @@ def rendered(
 def test_what_is_the_same_everywhere_stays_so(device: str, samples: int) -> None:
     made = scene((plane(-0.1, 0.1, 50.0),), materials(1), world=b.World(color=(WORLD,) * 3))
     found = rendered(made, device, samples=samples, passes=('combined', 'sample_count'))
-    np.testing.assert_allclose(found['combined'][..., :3], WORLD, rtol=1e-5)
+    # A sum of products over a sum of weights, rounded: 2.4e-7 at most, measured.
+    np.testing.assert_allclose(found['combined'][..., :3], WORLD, rtol=1e-6)
     assert (found['sample_count'] == samples).all()
 
 
@@ -111,7 +112,8 @@ def test_an_edge_is_as_soft_as_the_filter(kind: str, width: float) -> None:
     )
     profiles = [picture.astype(float).mean(axis=0) for picture in (own, shared)]
     assert ((profiles[0] > 0.01) & (profiles[0] < 0.99)).any()
-    np.testing.assert_allclose(profiles[1], profiles[0], atol=0.002)
+    # Both have the noise of 10,240 samples a column: 1.8e-4 apart at most, measured.
+    np.testing.assert_allclose(profiles[1], profiles[0], atol=7e-4)
 
 
 @pytest.mark.parametrize(
@@ -143,14 +145,11 @@ def test_both_devices_show_the_same(adaptive: bool, lavapipe: object) -> None:
     asked = {'samples': 64, 'adaptive': adaptive, 'noise_threshold': 0.05, 'adaptive_min_samples': 4}
     passes = ('combined', 'sample_count')
     cpu, vulkan = (rendered(lamp_beside(), d, passes=passes, transparent_film=True, **asked) for d in ('CPU', 'VULKAN'))
-    same = cpu['sample_count'] == vulkan['sample_count']
-    assert same.mean() > 0.95  # an estimate on the threshold's edge may fall to either side
+    np.testing.assert_array_equal(cpu['sample_count'], vulkan['sample_count'])
     if adaptive:
         assert 4 <= cpu['sample_count'].min() < cpu['sample_count'].max()
-    # Pixels whose neighbours stopped elsewhere got other samples.
-    np.testing.assert_allclose(cpu['combined'].mean(axis=(0, 1)), vulkan['combined'].mean(axis=(0, 1)), rtol=1e-3)
-    if same.all():
-        np.testing.assert_allclose(cpu['combined'], vulkan['combined'], rtol=2e-4, atol=1e-5)
+    # Sums in another order: 8e-7 apart at most, measured; five times that.
+    np.testing.assert_allclose(cpu['combined'], vulkan['combined'], rtol=4e-6)
 
 
 def test_where_neighbours_stop_the_picture_stays_right() -> None:
@@ -165,7 +164,8 @@ def test_where_neighbours_stop_the_picture_stays_right() -> None:
         [rendered(made, 'CPU', sharing=False, samples=1024, seed=99 + k)['combined'][..., 0] for k in range(4)]
     )
     rows = shared.mean(axis=(0, 2)) / truth.astype(float).mean(axis=(0, 2))
-    np.testing.assert_allclose(rows, 1.0, atol=0.02)
+    # Noise of a row 0.003, the largest of 40 0.007, measured.
+    np.testing.assert_allclose(rows, 1.0, atol=0.012)
 
 
 # ---- In Blender

@@ -164,39 +164,33 @@ def choose(
         return replace(everything, reason='pilots are rendered on the CPU only so far')
     if time_limit > 0.0:
         return replace(everything, reason='time ends the render: nothing tells how long a pilot may be')
-    result = piloted(pilot, camera, asked, found, tolerance, allowed, materials)
+    spend, reason = affordable(camera, asked, found)
+    if spend is None:
+        result = replace(everything, reason=reason)
+    else:
+        result = Trial(pilot, camera, asked, found, tolerance, allowed, spend, materials).run()
     if 'sampling' not in allowed:
         return result
     return replace(result, settings=spreading(result.settings, camera.region[2] * camera.region[3]))
 
 
-def piloted(
-    pilot: Pilot,
-    camera: Camera,
-    asked: RenderSettings,
-    found: Facts,
-    tolerance: float,
-    allowed: frozenset[str],
-    materials: Materials | None,
-) -> Choice:
-    """What the pilot tells, if there is one."""
-    everything = Choice(asked, tolerance=tolerance)
+def affordable(camera: Camera, asked: RenderSettings, found: Facts) -> tuple[plan.Budget | None, str]:
+    """What a pilot may take; or None, and why there is none."""
     columns, rows = camera.region[2:]
     set_sampling = sampling_of(asked)
     least = min(set_sampling.samples, set_sampling.first_look()) if asked.adaptive else asked.samples
     spend = plan.budget(columns, rows, least)
     if spend is None:
-        return replace(everything, reason='the render is too short for a pilot')
+        return None, 'the render is too short for a pilot'
     paths = spend.width * spend.height * plan.SEEDS * (spend.search + spend.verify)
     missed = undetected(found, paths, asked.reflective_caustics, asked.refractive_caustics)
     if missed is not None:
         caster, lamp = missed
-        return replace(
-            everything,
-            reason=f'"{caster.name}" ({caster.kind}) may throw caustics of light "{lamp.name}", which is too small for '
-            'a pilot to find them',
+        return None, (
+            f'"{caster.name}" ({caster.kind}) may throw caustics of light "{lamp.name}", which is too small for a '
+            'pilot to find them'
         )
-    return Trial(pilot, camera, asked, found, tolerance, allowed, spend, materials).run()
+    return spend, ''
 
 
 def sampling_of(settings: RenderSettings) -> plan.Sampling:
