@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What other pictures are compared with: no denoiser touches it, and no weights of fireflies."""
+"""What other pictures are compared with: no denoiser touches it, no weights of fireflies, and each
+pixel has its own samples."""
 
 import bpy
 
@@ -12,4 +13,4 @@ own.adaptive_min_samples = 0
 own.use_denoising = False
 own.denoising_quality = 'HIGH'
 own.use_reweighting = False
-own.use_sample_sharing = True
+own.use_sample_sharing = False
