@@ -108,14 +108,6 @@ FN void surface_fetch(IN(SceneData) scene, uint instance_id, uint triangle, OUT(
   t.material = triangle_material(scene, instance_id, triangle);
 }
 
-// Area of the triangle that a surface point lies on, m2.
-FN float surface_area(IN(SceneData) scene, IN(Surface) s) {
-  SurfaceTriangle t;
-  surface_fetch(scene, s.instance, s.triangle, t);
-  const vec3 n = cross(t.p1 - t.p0, t.p2 - t.p0);
-  return 0.5f * sqrt(dot(n, n));
-}
-
 // How far, in roundings of the position, one that is nearer to an edge is drawn toward the triangle's centroid.
 const float SURFACE_INSET = 4.0f;
 

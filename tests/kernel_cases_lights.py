@@ -170,7 +170,7 @@ TREE = [
     ),
     Case(
         'light_chances',
-        'area = surface_area(scene, s); picks = found_picks(scene, path);'
+        'picks = found_picks(scene, path);'
         'chance = found_probability(scene, path, place, p, d, far);'
         'links = select(has_links(scene), 1u, 0u); set = receiver_set(scene, s.instance);'
         'lights = select(light_lights(scene, place % 11u, other), 1u, 0u); shadows = light_shadows(scene, place % 11u);'
@@ -178,15 +178,28 @@ TREE = [
         'holds = select(sets_hold(uvec2(other * 77u, other << 27u), other), 1u, 0u);',
         {'s': SURFACE, 'path': PATH, 'place': PLACE, 'p': POINT, 'd': DIRECTION, 'far': POSITIVE}
         | {'other': ('uint', integers(64))},
-        {'area': 'float', 'picks': 'float', 'chance': 'float', 'links': 'uint', 'set': 'uint', 'lights': 'uint'}
+        {'picks': 'float', 'chance': 'float', 'links': 'uint', 'set': 'uint', 'lights': 'uint'}
         | {'shadows': 'uint', 'came': 'uint', 'apart': 'uint', 'holds': 'uint'},
         ROUNDING,
         scene=True,
     ),
 ]
 
+TRIANGLES_SEEN = [
+    Case(
+        'triangle_lights',
+        'TriangleView view; triangle_view(to, e1, e2, view);'
+        'shown = view.solid_angle; way = vec3(0.0f); if (shown > 0.0f) way = spherical_triangle_sample(view, u);'
+        'b = triangle_light_sample(view, to, e1, e2, u); pdf = triangle_light_pdf(view, length(cross(e1, e2)), d, c);',
+        {'to': POINT, 'e1': POINT, 'e2': POINT, 'u': SQUARE, 'd': POSITIVE, 'c': UNIT},
+        {'shown': 'float', 'way': 'vec3', 'b': 'vec2', 'pdf': 'float'},
+        ROUNDING,
+    ),
+]
+
 CASES = [
     *AREAS,
+    *TRIANGLES_SEEN,
     *PROGRAMS,
     *TREE,
     Case(

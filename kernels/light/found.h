@@ -8,6 +8,7 @@
 #include "light_program.h"
 #include "light_shape.h"
 #include "light_tree.h"
+#include "spherical_triangle.h"
 #include "world_light.h"
 
 #ifdef __cplusplus
@@ -137,10 +138,18 @@ FN vec3 path_emission(IN(SceneData) scene, IN(PathState) path, IN(Surface) s, IN
     const uint place = light_place_of_triangle(scene, s.instance, s.triangle);
     const float distance = path.passed + t;
     if (place != INVALID_ID) {
-      // Light sampling picks a triangle by the tree, then a point uniformly.
+      // Light sampling picks a triangle by the tree, then a point of it.
       const float chosen = found_probability(scene, path, place, s.p, -wo, distance);
-      const float facing = surface_area(scene, s) * max(abs(dot(s.ng, wo)), 1e-8f);
-      weight = found_weight(pdf, chosen * distance * distance / facing);
+      SurfaceTriangle t;
+      surface_fetch(scene, s.instance, s.triangle, t);
+      const vec3 edge1 = t.p1 - t.p0;
+      const vec3 edge2 = t.p2 - t.p0;
+      const vec3 normal = cross(edge1, edge2);
+      const float twice_area = sqrt(dot(normal, normal));
+      TriangleView view;
+      triangle_view(t.p0 - (s.p + wo * distance), edge1, edge2, view);
+      const float facing = max(abs(dot(s.ng, wo)), 1e-8f);
+      weight = found_weight(pdf, chosen * triangle_light_pdf(view, twice_area, distance, facing));
     }
   }
   const ShaderPoint at = path_point(scene, path, s, wo, t);

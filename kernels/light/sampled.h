@@ -144,12 +144,14 @@ FN bool path_sample_emitter(IN(SceneData) scene, uint index, IN(PathState) path,
   const Emitter e = LOAD(scene.emitters, index);
   const Instance instance = LOAD(scene.instances, e.instance);
   // 1. A point on it.
-  const vec2 b = triangle_from_square(u);
+  float twice_area;
+  const vec3 normal = safe_normalize(cross(e.edge1, e.edge2), twice_area);
+  TriangleView view;
+  triangle_view(e.v0 - s.p, e.edge1, e.edge2, view);
+  const vec2 b = triangle_light_sample(view, e.v0 - s.p, e.edge1, e.edge2, u);
   const vec3 q = e.v0 + e.edge1 * b.x + e.edge2 * b.y;
   float d;
   const vec3 wi = safe_normalize(q - s.p, d);
-  float twice_area;
-  const vec3 normal = safe_normalize(cross(e.edge1, e.edge2), twice_area);
   const float against = dot(normal, wi);
   const float cos_light = abs(against);
   ray.contribution = vec3(0.0f);
@@ -163,7 +165,7 @@ FN bool path_sample_emitter(IN(SceneData) scene, uint index, IN(PathState) path,
   if (self || cos_light < 1e-8f || (e.material & dark) != 0u) return false;
   if (!light_lights(scene, scene.light_count + e.instance, receiver_set(scene, s.instance))) return false;
   // 2. What it brings.
-  const float pdf = d * d / (0.5f * twice_area * scale * cos_light);
+  const float pdf = triangle_light_pdf(view, twice_area, d, cos_light) / scale;
   float bsdf_pdf;
   const vec3 f = visible_scattering(scene, bsdf, lobe, wo, wi, instance.visibility, bsdf_pdf);
   if (!carries_light(f)) return false;
