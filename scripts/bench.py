@@ -28,7 +28,7 @@ def parse(arguments: list[str] | None) -> argparse.Namespace:
         'scenes',
         metavar='SCENE',
         nargs='*',
-        help=f'{there},\na .blend file, or `sync`, `instances` and `triangles` '
+        help=f'{there},\na .blend file, or `sync`, `instances`, `triangles` and `materials` '
         '(default: the demos without models of our own; three_lights with --against)',
     )
     parser.add_argument('--bounces', type=int, nargs='+', default=[0, 4], help='default: 0 4')

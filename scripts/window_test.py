@@ -64,6 +64,23 @@ def latencies(arguments: argparse.Namespace) -> list[str]:
     return faults
 
 
+def pauses(arguments: argparse.Namespace) -> list[str]:
+    report, faults = play('window_pauses.py', {'engines': arguments.engines, 'renders': 1}, arguments.minutes)
+    found = report.get('found', {})
+    print('milliseconds between two turns of the main loop while F12 renders three_lights in full HD')
+    print(f'{"":10}{"median":>8}{"95 %":>8}{"longest":>9}{"turns":>7}{"over 200 ms, share of time":>28}')
+    for engine, times in found.items():
+        ordered = sorted(times)
+        share = sum(time for time in times if time > 200.0) / max(sum(times), 1e-9)
+        late = ordered[int(0.95 * len(ordered))]
+        print(
+            f'{engine.title():10}{statistics.median(ordered):8.0f}{late:8.0f}{ordered[-1]:9.0f}{len(times):7}{share:28.0%}'
+        )
+    if not report.get('ended'):
+        faults.append('not whole')
+    return faults
+
+
 def table(found: dict[str, dict[str, list[tuple[float, float]]]]) -> list[str]:
     """found: by kind and engine, milliseconds until a frame shows an edit, and those of them in the engine's calls."""
     head = f'{"":30}{"goal":>6}' + ''.join(f'{name.title():>9}{"quartiles":>14}{"min":>7}{"n":>4}' for name in ENGINES)
@@ -131,10 +148,12 @@ def main() -> None:
     parser.add_argument(
         '--results', type=Path, metavar='JSON', help='a file that keeps what was measured: the table has that, too'
     )
+    parser.add_argument('--pauses', action='store_true', help='no random operations: pauses of the window during F12')
     arguments = parser.parse_args()
     if not arguments.keep:
         prepare()
-    faults = latencies(arguments) if arguments.latencies else soak(arguments)
+    run = latencies if arguments.latencies else pauses if arguments.pauses else soak
+    faults = run(arguments)
     if not arguments.keep:
         leave()
     for fault in faults:

@@ -22,7 +22,8 @@ SAME_IN_CYCLES = ('three_lights', 'box_room', 'material_grid')
 
 @dataclass(frozen=True, slots=True)
 class SceneSource:
-    """A scene by name. kind: 'demo', 'open', 'blend', 'grid' (number: triangles) or 'instances' (number of them)."""
+    """A scene by name. kind: 'demo', 'open', 'blend', 'grid' (number: triangles), 'instances' (number of them) or
+    'materials'."""
 
     name: str
     kind: str
@@ -85,6 +86,10 @@ def build(source: SceneSource) -> None:
         from cotorra import demos
 
         demos.build(source.name)
+    elif source.kind == 'materials':
+        from benchmark import materials
+
+        materials.surfaces()
     else:
         build_grid(source)
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 from statistics import median
 from typing import Any
 
+from benchmark.materials import materials
 from benchmark.report import table
 from benchmark.runner import Case, run_worker, task_of
 from benchmark.scenes import SceneSource
@@ -100,4 +101,4 @@ def triangles(threads: int, _engine: str, _repeat: int, device: str) -> dict[str
     return {'case': 'triangles', **figures, 'run': run}
 
 
-TESTS = {'sync': sync, 'instances': instances, 'triangles': triangles}
+TESTS = {'sync': sync, 'instances': instances, 'triangles': triangles, 'materials': materials}
