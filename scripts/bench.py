@@ -42,7 +42,9 @@ def parse(arguments: list[str] | None) -> argparse.Namespace:
         '--device', type=str.upper, default='CPU', choices=('CPU', 'VULKAN'), help="Cotorra's: cpu, vulkan"
     )
     parser.add_argument('--constants', action='store_true', help='cut textures off: constant materials and world')
-    parser.add_argument('--against', choices=('mitsuba',), help='this instead of Cycles, where its wheel is installed')
+    parser.add_argument(
+        '--against', choices=tuple(peers.PEERS), help='this instead of Cycles, where its wheel is installed'
+    )
     parser.add_argument('--all', action='store_true', help='all scenes that are here, in one table and a sheet')
     parser.add_argument('--budget', type=float, default=60.0, help='minutes that --all may take (default: 60)')
     parser.add_argument('--sheet', type=Path, default=runner.CACHE.parent / 'bench-sheet.png', help='picture of --all')
@@ -159,7 +161,7 @@ def bench_peers(options: argparse.Namespace) -> list[dict[str, Any]]:
         for bounces in options.bounces:
             case = runner.Case(source, bounces, options.size, options.threads, options.constants)
             try:
-                results.append(peers.against_mitsuba(case, sample_counts(options), options.reference_samples))
+                results.append(peers.against(options.against, case, sample_counts(options), options.reference_samples))
             except (RuntimeError, OSError, ValueError) as problem:
                 results.append(failed(f'{source.name}, {bounces} bounces, against {options.against}', problem))
     return results

@@ -18,7 +18,9 @@ import drjit as dr
 import mitsuba as mi
 import numpy as np
 
-LIGHT_POINT, LIGHT_SUN, LIGHT_SPOT = 0, 1, 2
+sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
+from benchmark.flattened import LIGHT_POINT, LIGHT_SUN, flattened
+
 # A soft sun becomes a disk this many times farther away than the scene is large.
 SUN_DISTANCE = 1000.0
 
@@ -47,37 +49,18 @@ def shape(
 
 
 def shapes(scene: dict[str, Any], surfaces: list[dict[str, Any]]) -> dict[str, Any]:
-    """One mesh for each instance and material, in world space: Mitsuba traces that faster than instances."""
     result: dict[str, Any] = {}
-    instances = scene['instances']
     bsdfs = {index: mi.load_dict(material(surfaces[index])) for index in np.unique(scene['material_slots'])}
-    for i, mesh_index in enumerate(instances['mesh']):
-        mesh = scene['meshes'][mesh_index]
-        matrix = instances['transform'][i].astype(np.float64)
-        positions = mesh['positions'] @ matrix[:, :3].T + matrix[:, 3]
-        triangles, normals = mesh['triangles'], mesh['normals']
-        if mesh['normals_domain'] == 'CORNER' and normals is not None:
-            # Mitsuba has one normal for each vertex: each corner becomes a vertex.
-            corners = mesh['corners']
-            expanded = np.zeros((len(normals), 3))
-            expanded[corners.ravel()] = positions[triangles.ravel()]
-            positions, triangles = expanded, corners
-        if normals is not None:
-            normals = normals @ np.linalg.inv(matrix[:, :3])
-            normals = normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-20)
-        slots = mesh['slots'] if mesh['slots'] is not None else np.zeros(len(triangles), np.uint32)
-        count = instances['material_count'][i]
-        for slot in np.unique(slots):
-            index = scene['material_slots'][instances['material_base'][i] + min(slot, count - 1)]
-            props = mi.Properties()
-            props['bsdf'] = bsdfs[index]
-            if normals is None:
-                props['face_normals'] = True
-            emission = surfaces[index]['emission']
-            if any(emission):
-                radiance = {'type': 'rgb', 'value': emission}
-                props['emitter'] = mi.load_dict({'type': 'area', 'radiance': radiance})
-            result[f'shape{i}_{slot}'] = shape(f'{i}_{slot}', positions, normals, triangles[slots == slot], props)
+    for flat in flattened(scene):
+        props = mi.Properties()
+        props['bsdf'] = bsdfs[flat.material]
+        if flat.normals is None:
+            props['face_normals'] = True
+        emission = surfaces[flat.material]['emission']
+        if any(emission):
+            radiance = {'type': 'rgb', 'value': emission}
+            props['emitter'] = mi.load_dict({'type': 'area', 'radiance': radiance})
+        result[f'shape{flat.name}'] = shape(flat.name, flat.positions, flat.normals, flat.triangles, props)
     return result
 
 

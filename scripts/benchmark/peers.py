@@ -1,19 +1,18 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Cotorra against Mitsuba 3, where its wheel is installed: samples per second and time to equal error.
+"""Cotorra against Mitsuba 3 or LuxCore, where their wheels are installed: samples per second, time to equal error.
 
-The scene is the one that Cotorra exports; `mitsuba_worker.py` says what is approximated. Each engine's error is that
-against its own converged image, because their materials and some lights differ.
+The scene is the one that Cotorra exports; their workers beside this file say what is approximated. Each engine's error
+is that against its own converged image, because their materials and some lights differ.
 """
 
 from __future__ import annotations
 
 import importlib.util
-import itertools
 import json
 import subprocess
 import sys
 import tempfile
-from dataclasses import asdict
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
@@ -24,25 +23,56 @@ from benchmark import judge
 from benchmark.report import table
 from benchmark.runner import Case, Render, measure, run_worker, task_of
 
-VARIANTS = ('scalar_rgb', 'llvm_ad_rgb')
-# What makes most samples a second, and what gave the least error in a second on three_lights. `every_light` holds for
-# direct light: each light once and the BSDF once for each sample, instead of one light alone.
-SETUPS = {
-    'simple': {'sampler': 'independent', 'every_light': False},
-    'best': {'sampler': 'ldsampler', 'every_light': True},
-}
-NOTES = """\
+
+@dataclass(frozen=True)
+class Peer:
+    """setups: by name, what the worker is told; the first is what makes most samples a second."""
+
+    name: str
+    module: str
+    wheel: str
+    setups: dict[str, dict[str, Any]]
+    notes: str
+
+
+# `every_light` holds for direct light: each light once and the BSDF once for each sample, instead of one light alone.
+# On three_lights the second gave Mitsuba's least error in a second.
+SIMPLE = {'sampler': 'independent', 'every_light': False}
+BEST = {'sampler': 'ldsampler', 'every_light': True}
+PEERS = {
+    'mitsuba': Peer(
+        'Mitsuba',
+        'mitsuba',
+        'mitsuba',
+        {
+            f'{variant}, {name}': {'variant': variant, **setup}
+            for variant in ('scalar_rgb', 'llvm_ad_rgb')
+            for name, setup in (('simple', SIMPLE), ('best', BEST))
+        },
+        """\
   simple: independent sampler, direct light by one sample of one light; best: low-discrepancy sampler, direct light by
   each light and the BSDF. Equal error (trimmed, own): * extrapolated beyond the samples that were rendered.
   Approximated for Mitsuba: instances flattened; its own principled BSDF; spot lights hard, with another edge; box
-  filter. LLVM's compilation is not counted (LLVM 15 and 16 cannot compile the scene, 19 can)."""
+  filter. LLVM's compilation is not counted (LLVM 15 and 16 cannot compile the scene, 19 can).""",
+    ),
+    'luxcore': Peer(
+        'LuxCore',
+        'pyluxcore',
+        'pyluxcore',
+        {'PATHCPU, Sobol': {}},
+        """\
+  Equal error (trimmed, own): * extrapolated beyond the samples that were rendered. Approximated for LuxCore: instances
+  flattened; its Disney material; spot lights hard, with another edge; the brightness of lamps by a plane that they
+  light. Its pixel filter is ours. It has no seconds of its own for the start of a render: few samples count it.""",
+    ),
+}
 
 
-def run_mitsuba(task: dict[str, Any], folder: Path) -> dict[str, Any]:
+def run_peer(peer: Peer, task: dict[str, Any], folder: Path) -> dict[str, Any]:
     task_file, result_file = folder / 'task.json', folder / 'result.json'
     task_file.write_text(json.dumps(task))
     result_file.unlink(missing_ok=True)
-    worker = Path(__file__).parent / 'mitsuba_worker.py'
+    worker = Path(__file__).parent / f'{peer.name.lower()}_worker.py'
     done = subprocess.run(
         [sys.executable, str(worker), str(task_file), str(result_file)],
         stdout=subprocess.PIPE,
@@ -51,12 +81,12 @@ def run_mitsuba(task: dict[str, Any], folder: Path) -> dict[str, Any]:
         errors='replace',
     )
     if not result_file.is_file():
-        raise RuntimeError('Mitsuba: ' + '\n  '.join(done.stdout.splitlines()[-6:]))
+        raise RuntimeError(f'{peer.name}: ' + '\n  '.join(done.stdout.splitlines()[-6:]))
     return json.loads(result_file.read_text())
 
 
-def measure_mitsuba(
-    case: Case, variant: str, setup: str, dump: Path, counts: list[int], reference_samples: int
+def measure_peer(
+    peer: Peer, case: Case, setup: str, dump: Path, counts: list[int], reference_samples: int
 ) -> tuple[list[Render], Reference]:
     """Its reference is made by more passes of what is measured, so that LLVM's memory stays that of one pass."""
     passes = max(1, reference_samples // counts[-1])
@@ -68,8 +98,8 @@ def measure_mitsuba(
             {'samples': samples, 'seed': seed, 'output': str(folder / f'{samples}-{seed}.npy')}
             for samples, seed in (*measured, *halves[0], *halves[1])
         ]
-        task = {'variant': variant, 'threads': case.threads, 'size': case.size, 'bounces': case.bounces}
-        result = run_mitsuba({**task, **SETUPS[setup], 'dump': str(dump), 'jobs': jobs}, folder)
+        task = {'threads': case.threads, 'size': case.size, 'bounces': case.bounces}
+        result = run_peer(peer, {**task, **peer.setups[setup], 'dump': str(dump), 'jobs': jobs}, folder)
         images = [np.load(job['output']) for job in jobs]
     renders = [
         Render(entry['samples'], entry['seed'], image, entry['render'], entry['whole'], entry['cpu'], 0, {})
@@ -79,13 +109,17 @@ def measure_mitsuba(
     return renders, Reference.from_halves(first, second)
 
 
-def against_mitsuba(case: Case, counts: list[int], reference_samples: int) -> dict[str, Any]:
-    """Prints one table; a variant that cannot run (LLVM missing) is told and left out."""
-    if importlib.util.find_spec('mitsuba') is None:
-        raise RuntimeError('the mitsuba wheel is not installed (pip install mitsuba, in the environment of this bench)')
+def against(name: str, case: Case, counts: list[int], reference_samples: int) -> dict[str, Any]:
+    """Prints one table; a setup that cannot run (LLVM missing) is told and left out. name: of PEERS."""
+    peer = PEERS[name]
+    if importlib.util.find_spec(peer.module) is None:
+        raise RuntimeError(
+            f'the {peer.wheel} wheel is not installed (pip install {peer.wheel}, in the environment of this bench)'
+        )
     what = 'direct samples' if case.bounces == 0 else f'paths of up to {case.bounces} bounces'
     print(
-        f'{case.source.name} against Mitsuba, {what}, {case.size[0]}×{case.size[1]}, {counts[-1]} samples', flush=True
+        f'{case.source.name} against {peer.name}, {what}, {case.size[0]}×{case.size[1]}, {counts[-1]} samples',
+        flush=True,
     )
     # Ours also with few samples: a peer's error is soon reached.
     few = sorted({max(1, counts[0] // 4), max(1, counts[0] // 2), *counts})
@@ -97,21 +131,20 @@ def against_mitsuba(case: Case, counts: list[int], reference_samples: int) -> di
     with tempfile.TemporaryDirectory(prefix='cotorra-bench-') as work:
         dump = Path(work, 'scene.pickle')
         run_worker(task_of(case, 'BENCH_DUMP', [{'samples': 1, 'seed': 1, 'output': ''}]) | {'dump': str(dump)})
-        for variant, setup in itertools.product(VARIANTS, SETUPS):
-            name = f'{variant}, {setup}'
+        for setup in peer.setups:
             try:
-                theirs, own = measure_mitsuba(case, variant, setup, dump, counts, reference_samples)
+                theirs, own = measure_peer(peer, case, setup, dump, counts, reference_samples)
             except RuntimeError as problem:
-                print(f'  {name} left out: {problem}')
-                result['left_out'][name] = str(problem)
+                print(f'  {setup} left out: {problem}')
+                result['left_out'][setup] = str(problem)
                 continue
-            rows = judge.rows(name, theirs, own, own, 0)
+            rows = judge.rows(setup, theirs, own, own, 0)
             equal = judge.equal_error(ours_rows, rows, 'trimmed')
             result['rows'] += [asdict(row) for row in rows]
-            result['equal_error'][name] = asdict(equal)
-            lines.append(line_of(name, rows[-1], case, equal))
+            result['equal_error'][setup] = asdict(equal)
+            lines.append(line_of(setup, rows[-1], case, equal))
     print(table(('engine', 'render s', 'M/s', 'error', 'its time / ours'), lines))
-    print(NOTES + '\n', flush=True)
+    print(peer.notes + '\n', flush=True)
     return result
 
 
