@@ -1,20 +1,22 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The Sky Texture: pictures of scattered light with a sun before them, and Preetham's formula, as ops.
+"""The Sky Texture: pictures of scattered light with a sun before them, and formulas of Preetham and of Hosek, as ops.
 
 How light is scattered is native/sky.cpp's.
 """
 
 from __future__ import annotations
 
+import functools
 import math
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
 from .. import native
 from ..export.buffers import EXTENSION_EXTEND, INTERPOLATION_LINEAR
 from .nodes_texture import coordinates
-from .reader import Node, UnreadError, value
+from .reader import Node, value
 from .tree import ADD, DIVIDE, MULTIPLY, SUBTRACT, VECTOR_ADD, VECTOR_MULTIPLY, VECTOR_NORMALIZE, Ref
 
 # More numbers of operations of the nodes Math and Vector Math.
@@ -74,7 +76,7 @@ def _sky(node: Node, output: str) -> Ref:
         case 'PREETHAM':
             return _preetham(node)
         case 'HOSEK_WILKIE':
-            raise UnreadError('the sky of Hosek and Wilkie is not supported')
+            return _hosek_wilkie(node)
     return _scattered(node)
 
 
@@ -208,24 +210,12 @@ LOWEST = 0.5 * math.pi - 0.001  # zenith angle, from which on the sky stays the 
 
 
 def _preetham(node: Node) -> Ref:
-    c = Calculator(node)
-    sun = np.array(tuple(node.node.sun_direction), float)
-    turbidity = _finite(node, 'turbidity')
-    if not np.isfinite(sun).all() or not sun.any():
-        node.warn('its sun has no direction: it stands in the zenith')
-        sun = np.array((0.0, 0.0, 1.0))
-    sun /= np.linalg.norm(sun)
+    c, sun = Calculator(node), _sun(node)
     theta = math.acos(min(max(float(sun[2]), -1.0), 1.0))
-    scales, numbers = preetham_constants(turbidity, theta)
+    scales, numbers = preetham_constants(_finite(node, 'turbidity'), theta)
 
-    direction = coordinates(node)
-    if _is_unit(node):
-        direction = c.vector(VECTOR_NORMALIZE, direction, node.constant(0.0))
-    else:
-        direction = _by_height(c, direction)
-    cosine = c.of_vectors(VECTOR_DOT, direction, node.constant(tuple(map(float, sun))))
+    cosine, angle = _angles(node, sun)
     gamma = c.math(ARCCOSINE, cosine)
-    angle = c.math(MINIMUM, c.math(ARCCOSINE, c.component(direction, 2)), LOWEST)
     slant = c.math(DIVIDE, 1.0, c.math(COSINE, angle))
     square = c.times(cosine, cosine)
 
@@ -237,10 +227,34 @@ def _preetham(node: Node) -> Ref:
     luminance, x, y = (perez(scale, *row) for scale, row in zip(scales, numbers, strict=True))
     ratio = c.math(DIVIDE, luminance, y)
     rest = c.minus(c.minus(1.0, x), y)
-    xyz = node.emit('combine', c.times(x, ratio), luminance, c.times(rest, ratio))
-    rows = [node.constant(row[:3]) for row in XYZ_TO_REC709]
-    rgb = node.emit('affine', xyz, *rows, node.constant(0.0))
-    return c.vector(VECTOR_MAXIMUM, rgb, node.constant(0.0))
+    return _rec709(c, node.emit('combine', c.times(x, ratio), luminance, c.times(rest, ratio)))
+
+
+def _sun(node: Node) -> np.ndarray:
+    """The direction to the sun."""
+    sun = np.array(tuple(node.node.sun_direction), float)
+    if not np.isfinite(sun).all() or not sun.any():
+        node.warn('its sun has no direction: it stands in the zenith')
+        sun = np.array((0.0, 0.0, 1.0))
+    return sun / np.linalg.norm(sun)
+
+
+def _angles(node: Node, sun: np.ndarray) -> tuple[Ref, Ref]:
+    """The cosine of the angle from the sun, and the zenith angle, LOWEST at most."""
+    c = Calculator(node)
+    direction = coordinates(node)
+    if _is_unit(node):
+        direction = c.vector(VECTOR_NORMALIZE, direction, node.constant(0.0))
+    else:
+        direction = _by_height(c, direction)
+    cosine = c.of_vectors(VECTOR_DOT, direction, node.constant(tuple(map(float, sun))))
+    return cosine, c.math(MINIMUM, c.math(ARCCOSINE, c.component(direction, 2)), LOWEST)
+
+
+def _rec709(c: Calculator, xyz: Ref) -> Ref:
+    rows = [c.node.constant(row[:3]) for row in XYZ_TO_REC709]
+    rgb = c.node.emit('affine', xyz, *rows, c.node.constant(0.0))
+    return c.vector(VECTOR_MAXIMUM, rgb, c.node.constant(0.0))
 
 
 def preetham_constants(turbidity: float, theta: float) -> tuple[list[float], list[list[float]]]:
@@ -255,3 +269,58 @@ def preetham_constants(turbidity: float, theta: float) -> tuple[list[float], lis
         above = (1.0 + a * math.exp(b)) * (1.0 + g * math.exp(d * theta) + e * math.cos(theta) ** 2)
         scales.append(float(at_zenith / above))
     return scales, [[float(number) for number in row] for row in numbers]
+
+
+# ---- Hosek and Wilkie 2012, "An Analytic Model for Full Spectral Sky-Dome Radiance", equation 8.
+
+TURBIDITIES = 10  # from 1 on
+
+
+@functools.cache
+def hosek_wilkie_table() -> np.ndarray:
+    """(turbidity, albedo 0 and 1, XYZ, number, control point) of 10 x 2 x 3 x 10 x 6; see hosek_wilkie.csv."""
+    file = Path(__file__).with_name('hosek_wilkie.csv')
+    return np.loadtxt(file, delimiter=',', comments='#').reshape(TURBIDITIES, 2, 3, 10, 6)
+
+
+def hosek_wilkie_constants(turbidity: float, albedo: float, elevation: float) -> np.ndarray:
+    """(3, 10): for X, Y and Z the ten numbers of the formula. elevation: of the sun, radians, not below 0.
+
+    Bezier curves of the fifth degree over the cube root of the elevation; between turbidities and albedos linear.
+    """
+    turbidity, albedo = min(max(turbidity, 1.0), float(TURBIDITIES)), min(max(albedo, 0.0), 1.0)
+    x = min(elevation / (0.5 * math.pi), 1.0) ** (1.0 / 3.0)
+    curve = np.array([math.comb(5, k) * x**k * (1.0 - x) ** (5 - k) for k in range(6)])
+    low = min(int(turbidity), TURBIDITIES - 1)
+    between = turbidity - low
+    table = hosek_wilkie_table()
+    of_turbidity = (1.0 - between) * table[low - 1] + between * table[low]
+    return ((1.0 - albedo) * of_turbidity[0] + albedo * of_turbidity[1]) @ curve
+
+
+def _hosek_wilkie(node: Node) -> Ref:
+    c, sun = Calculator(node), _sun(node)
+    if sun[2] < 0.0:  # a sun that has set stands on the horizon
+        azimuth = math.atan2(sun[1], sun[0])
+        sun = np.array((math.cos(azimuth), math.sin(azimuth), 0.0))
+    elevation = math.asin(min(float(sun[2]), 1.0))
+    numbers = hosek_wilkie_constants(_finite(node, 'turbidity'), _finite(node, 'ground_albedo'), elevation)
+
+    cosine, angle = _angles(node, sun)
+    gamma = c.math(ARCCOSINE, cosine)
+    height = c.math(COSINE, angle)
+    slant = c.math(DIVIDE, 1.0, c.plus(height, 0.01))
+    zenith = c.math(SQUARE_ROOT, height)
+    square = c.times(cosine, cosine)
+
+    def radiance(row: np.ndarray) -> Ref:
+        a, b, e, h, plain, falling, ray, mie, up, scale = (float(number) for number in row)
+        first = c.plus(1.0, c.times(a, c.math(EXPONENT, c.times(b, slant))))
+        wide = c.minus(1.0 + h * h, c.times(2.0 * h, cosine))
+        glow = c.math(DIVIDE, c.plus(1.0, square), c.times(wide, c.math(SQUARE_ROOT, wide)))
+        second = c.plus(plain, c.times(falling, c.math(EXPONENT, c.times(e, gamma))))
+        second = c.plus(second, c.times(ray, square))
+        second = c.plus(second, c.plus(c.times(mie, glow), c.times(up, zenith)))
+        return c.times(scale, c.times(first, second))
+
+    return _rec709(c, node.emit('combine', *(radiance(row) for row in numbers)))
