@@ -126,18 +126,31 @@ def mesh_attribute(mesh: bpy.types.Mesh, layer: int, name: str) -> Attribute | N
         found = mesh.color_attributes[index] if 0 <= index < len(mesh.color_attributes) else None
     else:
         found = mesh.attributes.get(name)
-    if found is None or found.domain not in DOMAINS or found.data_type not in TYPES or not len(found.data):
+    values = None if found is None or found.domain not in DOMAINS else _own_values(found)
+    if values is None:
         return None
-    member, dtype, width = TYPES[found.data_type]
-    values = np.empty(len(found.data) * width, dtype)
-    found.data.foreach_get(member, values)
-    values = np.nan_to_num(values.astype(np.float32).reshape(-1, width), posinf=0.0, neginf=0.0)
-    domain = found.domain
+    domain, width = found.domain, values.shape[1]
     if domain == 'FACE':
         values = values.take(_faces(mesh), axis=0, mode='clip')
     elif domain == 'EDGE':
         domain, values = 'POINT', _at_vertices(mesh, values)
     return Attribute(layer, domain, width, _widened(values))
+
+
+def attribute_values(found: bpy.types.Attribute) -> F32 | None:
+    """All values of an attribute as four numbers each; None where it has none that shaders can read."""
+    values = _own_values(found)
+    return None if values is None else _widened(values)
+
+
+def _own_values(found: bpy.types.Attribute) -> F32 | None:
+    """(n, width): as many numbers each as its type has."""
+    if found.data_type not in TYPES or not len(found.data):
+        return None
+    member, dtype, width = TYPES[found.data_type]
+    values = np.empty(len(found.data) * width, dtype)
+    found.data.foreach_get(member, values)
+    return np.nan_to_num(values.astype(np.float32).reshape(-1, width), posinf=0.0, neginf=0.0)
 
 
 def _at_vertices(mesh: bpy.types.Mesh, values: F32) -> F32:

@@ -10,13 +10,18 @@ from dataclasses import replace
 
 import bpy
 import numpy as np
+from numpy.typing import NDArray
 
+from . import instance_attributes
 from .attributes import (
     INSTANCER_GENERATED,
+    INSTANCER_PREFIX,
     INSTANCER_UV,
     PARTICLE_LAYERS,
+    Rgba,
     instance_value,
     object_random,
+    property_value,
     unit_hash,
 )
 from .buffers import F32, I32, InstanceInfo, Instances
@@ -48,6 +53,8 @@ def _attributes(walk: Walk, items: I32, layers: Layers, depsgraph: bpy.types.Dep
     is_instance = np.array([group.is_instance for group in walk.groups], bool)[group_of]
     asked = {layers.attribute_layers[index] for index in layers.instance_layers}
     particles = _particles(depsgraph)[:, items] if asked.intersection(PARTICLE_LAYERS) else None
+    names = [layer.removeprefix(INSTANCER_PREFIX) for layer in asked if layer.startswith(INSTANCER_PREFIX)]
+    before = _before_properties(depsgraph, walk, items, names) if names else {}
     for values, index in zip(found, layers.instance_layers, strict=True):
         layer = layers.attribute_layers[index]
         if layer == INSTANCER_UV:
@@ -61,6 +68,35 @@ def _attributes(walk: Walk, items: I32, layers: Layers, depsgraph: bpy.types.Dep
         else:
             of_groups = [instance_value(layer, group.obj, group.parent) for group in walk.groups]
             values[:] = np.array(of_groups, np.float32).reshape(-1, 4)[group_of]
+            if layer.startswith(INSTANCER_PREFIX):
+                for found_values, known in before[layer.removeprefix(INSTANCER_PREFIX)]:
+                    values[known] = found_values[known]
+    return found
+
+
+def _before_properties(
+    depsgraph: bpy.types.Depsgraph, walk: Walk, items: I32, names: list[str]
+) -> dict[str, list[tuple[F32, NDArray[np.bool_]]]]:
+    """What counts before properties of instancer and object, the last one most: values, and where there are some."""
+    found = {name: [pair] for name, pair in instance_attributes.read(depsgraph, walk, items, names).items()}
+    of_system: dict[tuple, Rgba | None] = {}
+    values = {name: np.zeros((len(walk.group_of), 4), np.float32) for name in names}
+    known = {name: np.zeros(len(walk.group_of), bool) for name in names}
+    if not any(group.parent.particle_systems for group in walk.groups if group.is_instance):
+        return found
+    for at, item in enumerate(depsgraph.object_instances):
+        system = item.particle_system
+        if system is None:
+            continue
+        for name in names:
+            key = (system.settings, name)
+            if key not in of_system:
+                of_system[key] = property_value(system.settings, name)
+            value = of_system[key]
+            if value is not None:
+                values[name][at], known[name][at] = np.nan_to_num(value, posinf=0.0, neginf=0.0), True
+    for name in names:
+        found[name].append((values[name][items], known[name][items]))
     return found
 
 
