@@ -21,6 +21,7 @@ from scenes.depsgraphs import exported
 
 pytestmark = pytest.mark.usefixtures('engine')
 
+SCALE = 0.1  # of all that is instanced
 PLACES = ((-1.0, 0.5, 0.0), (0.75, -1.0, 0.0), (1.0, 1.25, 0.0))
 
 
@@ -49,7 +50,7 @@ def at_points(made: Flat, holder: bpy.types.Object, what: bpy.types.ID) -> None:
             source.inputs['As Instance'].default_value = isinstance(what, bpy.types.Object)
             shown = source.outputs['Geometry']
         tree.links.new(tree.nodes['In'].outputs[0], on_points.inputs['Points'])
-        on_points.inputs['Scale'].default_value = (0.1, 0.1, 0.1)
+        on_points.inputs['Scale'].default_value = (SCALE,) * 3
         tree.links.new(shown, on_points.inputs['Instance'])
         tree.links.new(on_points.outputs[0], tree.nodes['Out'].inputs[0])
 
@@ -135,7 +136,7 @@ def test_of_nested_instances_the_innermost_that_has_it_counts() -> None:
     assert len(places) == 6
     for place, value, number in zip(places, values, numbers, strict=True):
         index = int(number[0]) - 3
-        np.testing.assert_allclose(place - np.array(PLACES[index]), value[:3], atol=1e-6)
+        np.testing.assert_allclose(place - np.array(PLACES[index]), SCALE * value[:3], atol=1e-6)
 
 
 def test_what_no_instance_has_is_the_property_of_the_object() -> None:

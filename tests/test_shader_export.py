@@ -116,6 +116,38 @@ def test_attributes(kind: str, name: str, output: str, tmp_path: Path) -> None:
     assert_as_cycles(tmp_path)
 
 
+@pytest.mark.parametrize('output', ['Color', 'Fac', 'Alpha'])
+def test_uv_is_the_active_uv_map(output: str, tmp_path: Path) -> None:
+    """Whatever that is called: 'uv' is what Cycles calls it."""
+    made = with_attributes()
+    made.obj.data.uv_layers['Other'].active_render = True
+    found = made.node('Attribute', attribute_name='uv')
+    made.link(next(out for out in found.outputs if out.identifier == output), made.emission.inputs['Color'])
+    assert assert_as_cycles(tmp_path).any()
+
+
+@pytest.mark.parametrize('turn', [0.0, 0.7])
+def test_tangent_is_that_of_the_active_uv_map(turn: float, tmp_path: Path) -> None:
+    """In the space of the object, which is turned and scaled."""
+    made = flat()
+    made.obj.rotation_euler.z, made.obj.scale = turn, (2.0, 3.0, 1.0)
+    size = made.node('VectorMath', operation='ABSOLUTE')
+    made.link(made.node('Attribute', attribute_name='tangent').outputs['Vector'], size.inputs[0])
+    made.link(size.outputs[0], made.emission.inputs['Color'])
+    (theirs, _), (ours, warnings) = (shown(engine, tmp_path) for engine in ('CYCLES', 'COTORRA'))
+    assert not warnings
+    np.testing.assert_allclose(theirs, (1.0, 0.0, 0.0), atol=1e-3)
+    np.testing.assert_allclose(ours, theirs, atol=1e-3)
+
+
+@pytest.mark.parametrize('name', ['N', 'tangent_sign'])
+def test_what_is_not_derived_yet_is_named(name: str, tmp_path: Path) -> None:
+    made = flat()
+    made.link(made.node('Attribute', attribute_name=name).outputs['Vector'], made.emission.inputs['Color'])
+    _, warnings = shown('COTORRA', tmp_path)
+    assert [text for text in warnings if f'attribute "{name}" is not supported yet' in text]
+
+
 @pytest.mark.parametrize('output', ['Color', 'Alpha'])
 @pytest.mark.parametrize('name', ['', 'floats'])
 def test_color_attributes(name: str, output: str, tmp_path: Path) -> None:

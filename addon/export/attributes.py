@@ -28,8 +28,8 @@ PARTICLE_LAYERS = (PARTICLE_NUMBERS, PARTICLE_PLACE, PARTICLE_VELOCITY, PARTICLE
 OBJECT_PREFIX = '\x01object:'
 INSTANCER_PREFIX = '\x01instancer:'
 
-# Names by which the node Attribute finds what Cycles derives.
-STANDARD = {'pointiness': POINTINESS, 'random_per_island': RANDOM_PER_ISLAND}
+# Names by which the node Attribute finds what Cycles derives, and the active render UV map.
+STANDARD = {'uv': '', 'pointiness': POINTINESS, 'random_per_island': RANDOM_PER_ISLAND}
 
 # Types of attributes: their property, its type and number of components.
 TYPES: dict[str, tuple[str, type, int]] = {

@@ -50,7 +50,9 @@ OBJECT_F = ('Alpha', 'Object Index', 'Material Index', 'Random')
 FALLOFF = ('Quadratic', 'Linear', 'Constant')
 VOLUME_ATTRIBUTES = {'Color': 'color', 'Density': 'density', 'Flame': 'flame', 'Temperature': 'temperature'}
 
-NORMAL_TO_OBJECT = 2 | 0 << 2 | 1 << 4  # modes of object_transform: a normal, from world to object
+# Modes of object_transform: a normal and a vector, from world to object.
+NORMAL_TO_OBJECT = 2 | 0 << 2 | 1 << 4
+VECTOR_TO_OBJECT = 0 | 0 << 2 | 1 << 4
 
 
 # ---- Constants.
@@ -242,19 +244,32 @@ def _attribute(node: Node, output: str) -> Ref:
         case _:
             if not name:
                 return node.constant(1.0 if output == 'Alpha' else 0.0)
-            if name == 'generated':
-                return _generated_attribute(node, output)
+            if name in DERIVED:
+                return _derived_attribute(node, output, DERIVED[name](node))
+            if name in ('N', 'tangent_sign'):
+                raise UnreadError(f'attribute "{name}" is not supported yet')
             layer = STANDARD.get(name, name)
     if output == 'Alpha':
         return layer_f(node, layer, 'attribute_alpha')
     return layer_f(node, layer) if output == 'Fac' else layer_v(node, layer)
 
 
-def _generated_attribute(node: Node, output: str) -> Ref:
+def _derived_attribute(node: Node, output: str, found: Ref) -> Ref:
+    """What Cycles derives of every mesh: a vector."""
     if output == 'Alpha':
         return node.constant(1.0)
-    found = generated(node)
     return node.reader.average(found) if output == 'Fac' else found
+
+
+def _object_tangent(node: Node) -> Ref:
+    """Along the active UV map, in object space."""
+    zero, tangent = node.constant(0.0), node.emit('uv_tangent', node.builder.named('tangent', ''))
+    tangent = node.emit('object_transform', tangent, mode=VECTOR_TO_OBJECT)
+    return node.emit('vector_math_v', tangent, zero, zero, zero, mode=VECTOR_NORMALIZE)
+
+
+# Names of the node Attribute that stand for what Cycles derives of a mesh.
+DERIVED = {'generated': generated, 'tangent': _object_tangent}
 
 
 @value('ShaderNodeVertexColor')
