@@ -59,9 +59,12 @@ inline EmbreeHit filtered(const embree::FilterArguments &a, std::size_t k) {
           id(kHitPlace)};
 }
 
-vec3 filtered_direction(const embree::FilterArguments &a, std::size_t k) {
-  return {filter_field<float>(a.ray, kRayDirection, a, k), filter_field<float>(a.ray, kRayDirection + 1, a, k),
-          filter_field<float>(a.ray, kRayDirection + 2, a, k)};
+// The ray's direction in world space. Within an instance Embree has turned the ray into the space of the mesh.
+inline vec3 filtered_direction(const SceneData &scene, const embree::FilterArguments &a, std::size_t k, const Hit &at) {
+  const auto number = [&](unsigned int axis) { return filter_field<float>(a.ray, kRayDirection + axis, a, k); };
+  const vec3 direction(number(0), number(1), number(2));
+  if (filter_field<std::uint32_t>(a.hit, kHitInstance, a, k) == embree::kInvalidId) return direction;
+  return instance_vector(scene.instances.v[at.instance], direction);
 }
 
 // Notes the distance of a surface that ray `id` passed.
@@ -113,7 +116,8 @@ void filter_path(const embree::FilterArguments *a) {
       continue;
     }
     const PathState &path = c.paths[id];
-    if (!lets_through(*c.scene, at, filtered_direction(*a, k), path, c.passed[id], c.block_seed)) continue;
+    if (!lets_through(*c.scene, at, filtered_direction(*c.scene, *a, k, at), path, c.passed[id], c.block_seed))
+      continue;
     a->valid[k] = 0;
     if (c.limits.transparent_bounces < TRANSPARENT_UNLIMITED && !crossed_before(c, id, at)) {
       note_pass(c, id, filter_field<float>(a->ray, kRayFar, *a, k));
@@ -134,7 +138,8 @@ void filter_shadow(const embree::FilterArguments *a) {
       continue;
     }
     const PathState &path = *c.shadow_paths[id];
-    const vec3 share = hit_transparency(*c.scene, at, filtered_direction(*a, k), path, true, c.passed[id]);
+    const vec3 share =
+        hit_transparency(*c.scene, at, filtered_direction(*c.scene, *a, k, at), path, true, c.passed[id]);
     if (max_component(share) > 0.0f && crossed_before(c, id, at)) {
       a->valid[k] = 0;
       continue;
