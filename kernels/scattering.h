@@ -106,8 +106,8 @@ FN uvec2 surface_left(IN(SceneData) scene, IN(Surface) s, vec3 origin, vec3 wi) 
   return uvec2(s.instance, s.triangle);
 }
 
-// From where on such a ray meets others: surfaces at its very start count.
-FN float ray_begin(uvec2 left) { return select(left.x != INVALID_ID, -1e-20f, 0.0f); }
+// From where on a ray meets others: t_min, but where it left a triangle surfaces at its very start count.
+FN float ray_begin(uvec2 left, float t_min) { return select(left.x != INVALID_ID, -1e-20f, t_min); }
 
 #ifdef __cplusplus
 }  // namespace cotorra

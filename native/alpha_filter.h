@@ -155,7 +155,7 @@ template <int kWidth>
 void set_left(embree::Ray<kWidth> &ray, std::size_t k, uvec2 left) {
   ray.id[k] = left.x;
   ray.flags[k] = left.y;
-  ray.tnear[k] = std::min(ray.tnear[k], ray_begin(left));
+  ray.tnear[k] = ray_begin(left, ray.tnear[k]);
 }
 
 template <int kWidth>

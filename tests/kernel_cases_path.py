@@ -203,7 +203,7 @@ STAGES = [
     Case(
         'shadow_origins',
         'amount = terminator_amount(cutoff, a, b); origin = shadow_ray_origin(scene, s, wi);'
-        'start = surface_start(scene, s, wi); left = surface_left(scene, s, start, wi); begin = ray_begin(left);'
+        'start = surface_start(scene, s, wi); left = surface_left(scene, s, start, wi); begin = ray_begin(left, a);'
         'at_point = select(starts_at_point(scene, s.instance), 1u, 0u);',
         {'cutoff': ('float', choices(0.05, 0.1, 0.5)), 'a': UNIT, 'b': UNIT, 's': SURFACE, 'wi': DIRECTION},
         {'amount': 'float', 'origin': 'vec3', 'start': 'vec3', 'left': 'uvec2', 'begin': 'float', 'at_point': 'uint'},

@@ -23,7 +23,7 @@ void main() {
   passage.crossed = 0u;
   passage.panes = 0u;
   const uvec2 left = left_at(lane, ray.origin, ray.direction);
-  float t_min = ray_begin(left);
+  float t_min = ray_begin(left, 0.0f);
   Hit hit;
   while (trace(ray.origin, ray.direction, t_min, ray.t_max, ray.visibility, any, left, hit)) {
     if (shadow_passes(lane, path, hit, through_glass, ray, t_min, passage)) continue;

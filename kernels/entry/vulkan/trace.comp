@@ -18,7 +18,7 @@ void main() {
   if (path.vertex > 0u && !FEATURE(FEATURE_WHITTED)) {
     left = left_at(lane, ray.origin, ray.direction);
   }
-  float t_min = min(ray.t_min, ray_begin(left));
+  float t_min = ray_begin(left, ray.t_min);
   Hit hit;
   while (true) {
     trace(ray.origin, ray.direction, t_min, ray.t_max, path.ray_kind & VISIBLE_ALL, false, left, hit);
