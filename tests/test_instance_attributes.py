@@ -179,3 +179,33 @@ def test_cycles_shows_the_same(tmp_path: Path) -> None:
     means = [image.reshape(4, 8, 4, 8, 3).mean((1, 3)) for image in images]
     assert means[1].max() > 0.25
     np.testing.assert_allclose(*means, rtol=0.05, atol=0.02)
+
+
+@pytest.mark.parametrize('kind', ['VERTS', 'PARTICLES'])
+@pytest.mark.parametrize('output', ['Generated', 'UV'])
+def test_coordinates_of_the_instancer(kind: str, output: str, tmp_path: Path) -> None:
+    """Where on it the instance stands; half of a coordinate less one half, as Cycles has it. Seen beside Cycles."""
+    made = square()
+    # They are negative: a light that takes away is another matter.
+    shown = made.node('VectorMath', operation='MULTIPLY_ADD')
+    shown.inputs[1].default_value, shown.inputs[2].default_value = (0.25,) * 3, (1.0,) * 3
+    made.link(made.node('TexCoord', from_instancer=True).outputs[output], shown.inputs[0])
+    made.link(shown.outputs[0], made.emission.inputs['Color'])
+    holder = build.mesh_object(made.scene, 'Holder')
+    holder.data.uv_layers.new(name='UVMap')
+    holder.show_instancer_for_render = holder.show_instancer_for_viewport = False
+    if kind == 'VERTS':
+        made.obj.parent, made.obj.location, holder.instance_type = holder, (0.0, 0.0, 0.0), 'VERTS'
+    else:
+        settings = holder.modifiers.new('Particles', 'PARTICLE_SYSTEM').particle_system.settings
+        settings.count, settings.frame_start, settings.frame_end, settings.particle_size = 20, 1, 1, 0.3
+        settings.render_type, settings.instance_object, settings.physics_type = 'OBJECT', made.obj, 'NO'
+        made.scene.frame_set(2)
+    if kind == 'VERTS' and output == 'Generated':
+        buffers = exported(made.scene)
+        values = buffers.instances.attributes[0]
+        assert sorted(values[:, 0].tolist()) == [-0.5] * len(build.QUAD) + [0.0]  # the square itself is no instance
+    images = [in_halves(made.scene, engine, tmp_path, 0, (32, 32), 32).image for engine in ('COTORRA', 'CYCLES')]
+    means = [image.reshape(4, 8, 4, 8, 3).mean((1, 3)) for image in images]
+    assert means[1].max() > 0.03
+    np.testing.assert_allclose(*means, rtol=0.05, atol=0.005)

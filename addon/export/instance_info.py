@@ -61,7 +61,7 @@ def _attributes(walk: Walk, items: I32, layers: Layers, depsgraph: bpy.types.Dep
             values[:, :2] = _of_items(depsgraph, 'uv', 2, items) * is_instance[:, None]
             values[:, 3] = 1.0
         elif layer == INSTANCER_GENERATED:
-            values[:, :3] = (_of_items(depsgraph, 'orco', 3, items) * 0.5 + 0.5) * is_instance[:, None]
+            values[:, :3] = (_of_items(depsgraph, 'orco', 3, items) * 0.5 - 0.5) * is_instance[:, None]  # as in Cycles
             values[:, 3] = 1.0
         elif layer in PARTICLE_LAYERS:
             values[:] = particles[PARTICLE_LAYERS.index(layer)]
