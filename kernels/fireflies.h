@@ -22,6 +22,14 @@ FN float glossy_blur(float filter_glossy, float min_pdf) {
   return min_pdf < filter_glossy ? 0.5f * sqrt(1.0f - min_pdf / filter_glossy) : 0.0f;
 }
 
+// How rough what scattered along a sample is, as alpha: 0 of a mirror, 1 of what is diffuse.
+FN float sampled_alpha(IN(Bsdf) bsdf, IN(Lobe) lobe, IN(BsdfSample) b) {
+  if ((b.lobe & BSDF_SINGULAR) != 0u) return 0.0f;
+  if (!has_lobe(lobe)) return (b.lobe & BSDF_GLOSSY) != 0u ? sqrt(bsdf.alpha2) : 1.0f;
+  if (lobe.kind < LOBE_REFLECTION || lobe.kind > LOBE_ASHIKHMIN_SHIRLEY) return 1.0f;
+  return sqrt(lobe.alpha_x * lobe.alpha_y);
+}
+
 // Widens the glossy lobes. Their energy stays what it was for their own roughness, as in Cycles.
 FN void bsdf_blur(float alpha, INOUT(Bsdf) bsdf) {
   if (FEATURE(FEATURE_MODELS) && bsdf.model.model != MODEL_PRINCIPLED) return;

@@ -61,6 +61,7 @@ struct PathState {
   float footprint;  // metres that the ray is wide at its origin
   uint vertex;  // surfaces that were shaded before this ray: counts the random numbers
   float min_pdf;  // of all bounces that were no mirror's
+  float spread;   // by how much bounces widened the ray a metre on, with Filter Glossy: see path_widen
 };
 
 // Light that will arrive if nothing stands between the surface and the light.
@@ -90,6 +91,7 @@ FN void path_begin(uint random, OUT(PathState) path) {
   path.footprint = 0.0f;
   path.vertex = 0u;
   path.min_pdf = INFINITE_DISTANCE;
+  path.spread = 0.0f;
 }
 
 // Most light that a contribution to a vertex may bring; `bounce`: of that vertex, as PathState counts.
@@ -108,6 +110,12 @@ FN void path_filter_glossy(IN(IntegratorData) integrator, IN(PathState) path, IN
   if (!(alpha > 0.0f)) return;
   bsdf_blur(alpha, bsdf);
   if (has_lobe(lobe)) lobe_blur(alpha, lobe);
+}
+
+// Cycles' Filter Glossy widens rays as well, by which bump maps behind a bounce look flatter: by alpha a metre on
+// (measured with 5.2.3, to 2 %), as many times as it is strong, at most once; the widest bounce counts.
+FN void path_widen(IN(IntegratorData) integrator, float alpha, INOUT(PathState) path) {
+  path.spread = max(path.spread, min(integrator.filter_glossy, 1.0f) * min(alpha, 1.0f));
 }
 
 // What shaders may ask of the path itself.
@@ -141,7 +149,7 @@ FN float path_spread(IN(SceneData) scene, IN(PathState) path, vec3 wo) {
 FN ShaderPoint path_point(IN(SceneData) scene, IN(PathState) path, IN(Surface) s, vec3 wo, float t) {
   ShaderPoint at = shader_point(s, wo, t);
   const float spread = path_spread(scene, path, wo) * select(scene.camera_orthographic != 0u, 1.0f, t);
-  at.footprint = path.footprint + spread;
+  at.footprint = path.footprint + spread + path.spread * t;
   path_counts(path, at);
   // Blocks of pixels share these numbers: they lie further apart than anyone sees.
   at.random = path.random;

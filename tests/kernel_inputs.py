@@ -426,4 +426,5 @@ def paths(rng: np.random.Generator, n: int) -> np.ndarray:
         kind_pdf=choices(0.0, 0.1, 1.0, 30.0),
         kind_weight=colors(2.0),
         min_pdf=choices(0.01, 0.3, 20.0, 1e30),
+        spread=choices(0.0, 0.25, 1.0),
     )(rng, n)

@@ -53,6 +53,9 @@ FN bool go_on(LANE lane, INOUT(PathState) path, IN(Surface) s, LANE_BSDF bsdf, I
   const bool goes_on = path_advance(SCENE, JOB.integrator, path, s, b, u_roulette, origin);
   if (FEATURE(FEATURE_HEALTH)) NOTE_SCATTER(lane, path, b);
   if (!goes_on) return false;
+  if (FEATURE(FEATURE_PROGRAMS) && JOB.integrator.filter_glossy > 0.0f) {
+    path_widen(JOB.integrator, sampled_alpha(bsdf, lobe, b), path);
+  }
   if (SCENE.light_kinds != 0u) path_note_kind(bsdf, lobe, wo, b.wi, path);
   if (has_links(SCENE)) path.ray_kind |= receiver_set(SCENE, s.instance) << RAY_SET_SHIFT;
   if (FEATURE(FEATURE_LIGHT_TREE) && scatters_through(lobe)) path.ray_kind |= RAY_BOTH_SIDES;
