@@ -15,8 +15,7 @@ const float BLURRED_PDF = 8.0f;
 
 // A ray grows no narrower on its way.
 FN void path_leave(IN(SceneData) scene, float spread, INOUT(PathState) path, IN(Surface) s) {
-  if (scene.camera_orthographic == 0u) path.footprint += spread * s.t;
-  path.footprint += path.spread * s.t;
+  path.footprint += max(select(scene.camera_orthographic != 0u, 0.0f, spread), path.spread) * s.t;
   path.vertex += 1u;
 }
 

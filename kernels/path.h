@@ -148,8 +148,10 @@ FN float path_spread(IN(SceneData) scene, IN(PathState) path, vec3 wo) {
 // The point of a surface that a path's ray met after t metres, as shaders see it.
 FN ShaderPoint path_point(IN(SceneData) scene, IN(PathState) path, IN(Surface) s, vec3 wo, float t) {
   ShaderPoint at = shader_point(s, wo, t);
-  const float spread = path_spread(scene, path, wo) * select(scene.camera_orthographic != 0u, 1.0f, t);
-  at.footprint = path.footprint + spread + path.spread * t;
+  const float spread = path_spread(scene, path, wo);
+  const bool orthographic = scene.camera_orthographic != 0u;
+  at.footprint = path.footprint + select(orthographic, spread, 0.0f);
+  at.footprint += max(select(orthographic, 0.0f, spread), path.spread) * t;
   path_counts(path, at);
   // Blocks of pixels share these numbers: they lie further apart than anyone sees.
   at.random = path.random;

@@ -95,7 +95,7 @@ def test_bump_behind_a_diffuse_bounce(scale: float, distance: float, strength: f
 
 
 @pytest.mark.parametrize('roughness', [0.0, 0.3, 0.6])
-@pytest.mark.parametrize('view', ['ORTHO'])
+@pytest.mark.parametrize('view', ['ORTHO', 'PERSP'])
 def test_bump_behind_a_glossy_bounce(roughness: float, view: str, tmp_path: Path) -> None:
     """In proportion to alpha: a mirror widens nothing."""
     scene_of(*BUMPS[1], 'BsdfAnisotropic', view, Roughness=roughness)
