@@ -41,6 +41,7 @@ AUTO_ROWS = (
         'Materials without coat, sheen, film, specular layer, anisotropy, roughness of diffuse reflection or bent '
         'normals, where nobody would see it',
     ),
+    ('light', 'Shadow Rays', 'Rays to little light traced at random, where that saves more than it adds noise'),
     (
         'sampling',
         'Samples',

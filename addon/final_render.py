@@ -117,6 +117,7 @@ class RenderJob:
         self.time_limit = 0.0  # seconds, 0: none
         self.tolerance = 0.01  # integrator AUTO's, share of the mean
         self.is_spread = False
+        self.filter_width = 0.0  # pixels
         self.auto: tuple[auto.Facts, auto.Materials | None] | None = None  # until it has chosen
         self.start = time.perf_counter()
         self.memory = stats.MemoryMeter()
@@ -152,6 +153,7 @@ class RenderJob:
         camera = export.export_camera(self.scene, camera_object, self.log)
         if camera is None:
             raise RenderError(f'Scene "{self.scene.name}" has no camera that can be rendered')
+        self.filter_width = camera.filter_width
         size = (self.result.resolution_x, self.result.resolution_y)
         if camera.region[2:] != size:
             raise ValueError(f'the camera renders {camera.region}, but Blender wants {size}')
@@ -366,10 +368,11 @@ class RenderJob:
             return False
         self.is_spread = True
         combined = passes.read(session, self.result, 'combined')
-        differences = np.zeros((*combined.shape[:2], 2), np.float32)
+        differences = np.zeros((*combined.shape[:2], 3), np.float32)
         session.differences(differences)
         samples = auto.asked_samples(render_settings)
-        found = auto.spread_samples(differences, combined[..., :3].sum(axis=2), first, samples)
+        reach = auto.shared_reach(render_settings, self.filter_width)
+        found = auto.spread_samples(differences, combined[..., :3].sum(axis=2), first, samples, reach)
         self.stats.auto['spread'] = found.figures()
         self.log.info(found.sentence())
         session.spread(found.most)

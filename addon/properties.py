@@ -106,6 +106,7 @@ class CotorraSceneSettings(bpy.types.PropertyGroup):
     use_auto_transmission: auto_row('transmission')
     use_auto_transparent: auto_row('transparent')
     use_auto_models: auto_row('models')
+    use_auto_light: auto_row('light')
     use_auto_sampling: auto_row('sampling')
 
     settings_from: choice(

@@ -116,6 +116,7 @@ struct Batch final : Workspace {
   Array<uint, kLanes> slot;
   Array<uint, kLanes> random;
   Array<float, kLanes> u, v, u2, v2;
+  Array<float, kLanes> weak;  // which of the weak shadow rays are traced: shadow_survives
   // By sample:
   Array<std::uint16_t, kLanes> pixel;  // its place in the tile
   Array<vec3, kLanes> radiance;

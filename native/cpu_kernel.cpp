@@ -204,6 +204,10 @@ class Renderer {
   // ---- Stage 4: light from lamps and emitting triangles, with shadow rays.
   void light(int lanes, uint bounce) {
     if (lanes == 0) return;
+    if (data_.integrator.shadow_roulette > 0.0f) {
+      Array<float, kLanes> unused;
+      fill_pairs(b_.random.data(), lanes, pair_seed(bounce, PAIR_SHADOW), b_.weak.data(), unused.data());
+    }
     // Shadow rays part too soon for what Embree does for coherent ones, even those of neighbours to one lamp.
     arguments_.flags = embree::kIncoherent;
     const bool all = scene_.light_count <= LIGHTS_AT_ONCE;
@@ -306,8 +310,7 @@ class Renderer {
   void queue_shadow(const ShadowRay &sent, std::size_t lane, uint slot, uint bounce) {
     ShadowRay ray = sent;
     if (data_.integrator.shadow_roulette > 0.0f) {
-      const float u = sampler_pair(b_.path[lane].random, pair_seed(bounce, PAIR_SHADOW)).x;
-      if (!shadow_survives(lane_at(tracer_, lane), slot, u, ray)) return;
+      if (!shadow_survives(lane_at(tracer_, lane), slot, b_.weak[lane], ray)) return;
     }
     if (ray.visibility == 0u) {
       arrive(lane_at(tracer_, lane), bounce == 0, ray.contribution, vec3(1.0f), ray.group);

@@ -544,12 +544,14 @@ NB_MODULE(cotorra_native, m) {
       .def(
           "differences",
           [](Session &self, nb::ndarray<float, nb::ndim<3>, nb::c_contig, nb::device::cpu> out) {
-            const std::span<float> pairs(out.data(), out.size());
+            const std::span<float> numbers(out.data(), out.size());
             const nb::gil_scoped_release no_gil;
-            self.differences(pairs);
+            self.differences(numbers);
           },
           "out"_a.noconvert(),
-          "film_error of each pixel beside half of its samples, and of these beside half of them, (h, w, 2).")
+          "film_error of each pixel beside half of its samples, and of these beside half of them, and the rays of a "
+          "sample\n"
+          "in its tile, (h, w, 3).")
       .def("progress", &Session::progress, "0 to 1.")
       .def("samples_done", &Session::samples_done, "Samples that every pixel has behind it.")
       .def(

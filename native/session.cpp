@@ -23,6 +23,7 @@
 
 namespace cotorra {
 namespace {
+std::uint64_t rays_of(const RayCounts &counts) { return counts.camera + counts.bounce + counts.shadow; }
 
 constexpr std::int64_t kMaxSamples = 1 << 24;  // float sums stand still beyond; Cycles' bound too
 constexpr std::uint32_t kLongestPass = 32;     // samples; keeps cancelling quick
@@ -268,6 +269,7 @@ void Session::describe(const CameraInput &camera) {
     passes_now_ = static_cast<std::size_t>(last - pass_ends_.begin()) + 1;
   }
   tile_passes_ = std::vector<std::atomic<std::uint32_t>>(film_.tile_count());
+  tile_rays_.assign(film_.tile_count(), 0);
   next_work_ = 0;
   samples_finished_ = 0;
   cancel_ = false;
@@ -386,8 +388,10 @@ void Session::run_tiles(std::size_t first_tile, std::size_t tile_count, std::uin
   if (passes_.error || passes_.mixed) {
     for (FilmTile &tile : tiles) mark_noise(tile, first);
   }
+  const std::uint64_t rays = rays_of(counts);
   if (!device_->render(job_, tiles, first, count, workspace, counts)) return;
   for (std::size_t k = 0; k < tiles.size(); ++k) {
+    tile_rays_[first_tile + k] += (rays_of(counts) - rays) / tiles.size();
     if (passes_.mixed) measure_mix(tiles[k], first + count);
     if (passes_.error) measure_rate(tiles[k], first + count);
     if (!most_.empty()) taken_.fetch_add(count * tiles[k].to_sample().size(), std::memory_order_relaxed);
@@ -453,16 +457,19 @@ void Session::spread(std::span<const std::uint32_t> most) {
 
 void Session::differences(std::span<float> out) {
   const std::size_t pixels = static_cast<std::size_t>(film_.width()) * static_cast<std::size_t>(film_.height());
-  require(out.size() == 2 * pixels, "out", std::to_string(out.size()) + " numbers", "two for each pixel");
+  require(out.size() == 3 * pixels, "out", std::to_string(out.size()) + " numbers", "three for each pixel");
   require(settings_.spread_after > 0, "settings.spread_after", "0", "above 0 to tell differences");
   for (std::size_t k = 0; k < film_.tile_count(); ++k) {
     FilmTile &tile = film_.tile(k);
     const std::lock_guard lock(tile.mutex);
+    const auto samples = static_cast<float>(tile.pixels.size() * settings_.spread_after);
+    const float rays = static_cast<float>(tile_rays_[k]) / samples;
     for (std::size_t i = 0; i < tile.pixels.size(); ++i) {
       const HalfErrors errors = half_errors(tile, i);
-      const std::size_t at = 2 * pixel_of(tile, i);
+      const std::size_t at = 3 * pixel_of(tile, i);
       out[at] = errors.now;
       out[at + 1] = errors.before;
+      out[at + 2] = rays;
     }
   }
 }

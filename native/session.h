@@ -104,7 +104,8 @@ class Session {
   // below, or as the end of the pass in which it reaches them. Throws std::logic_error before, and the second time.
   void spread(std::span<const std::uint32_t> most);
   // What each pixel differs by from itself after half of its samples, and that one from after a quarter: how large its
-  // error is and how fast it falls. Pairs, row by row. For settings.spread_after alone.
+  // error is and how fast it falls; and the rays of a sample in its tile: what more of them cost. Three numbers each,
+  // row by row. For settings.spread_after alone.
   void differences(std::span<float> out);
   double progress() const;
   std::uint32_t samples_done() const;
@@ -144,6 +145,8 @@ class Session {
   std::uint64_t planned_ = 0;             // of all pixels then
   std::atomic<std::uint64_t> taken_ = 0;
   std::vector<std::atomic<std::uint32_t>> tile_passes_;  // passes that each tile has behind it
+  std::vector<std::uint64_t>
+      tile_rays_;  // of each tile, with settings.spread_after; those of a pass before tile_passes_
 
   std::atomic<std::uint64_t> next_work_{0};  // a pass over a few tiles
   std::atomic<std::uint64_t> samples_finished_{0};  // tile passes times their samples

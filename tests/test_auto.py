@@ -65,8 +65,9 @@ def test_the_picture_differs_by_no_more_than_was_stated(name):
     found, built = chosen(buffers, camera)
     limits = replace(found.settings, samples=ASKED.samples, adaptive=False)
     if found.difference is None:
-        assert replace(limits, noise_threshold=ASKED.noise_threshold, adaptive_min_samples=0) == ASKED
-        assert not any(row.simplified for row in found.rows if row.key != 'sampling')
+        same = {'noise_threshold': ASKED.noise_threshold, 'adaptive_min_samples': 0, 'light_threshold': 0.0}
+        assert replace(limits, **same) == ASKED
+        assert not any(row.simplified for row in found.rows if row.key not in ('sampling', 'light'))
         return
     assert found.difference.high <= 0.01
     apart = converged(native.load(), built, camera, (ASKED, limits), 32)
@@ -106,6 +107,24 @@ def test_a_row_that_is_switched_off_is_obeyed(key):
         assert (without.settings.samples, without.settings.adaptive) == (ASKED.samples, False)
     nothing, _ = chosen(buffers, camera, rows=frozenset())
     assert nothing.settings == ASKED and 'switched off' in nothing.reason and nothing.pilot is None
+
+
+def test_rays_to_little_light_are_traced_at_random():
+    """In a room with lamps behind walls: fewer rays for the same noise, and the same picture but for its noise."""
+    buffers, camera = exported(demos.build('box_room'))
+    only = frozenset({'light'})
+    found, built = chosen(buffers, camera, rows=only)
+    (row,) = (row for row in found.rows if row.key == 'light')
+    limit = found.settings.light_threshold
+    assert row.simplified and limit > 0.0 and replace(found.settings, light_threshold=0.0) == ASKED
+    assert found.rays < 0.9 and found.difference is None and found.bound == 0.0
+    apart = converged(native.load(), built, camera, (ASKED, found.settings), 32)
+    assert apart.low == 0.0
+    # A limit that was set is never lowered.
+    higher, _ = chosen(buffers, camera, replace(ASKED, light_threshold=2.0 * limit), only)
+    assert higher.settings.light_threshold == 2.0 * limit and not any(row.simplified for row in higher.rows)
+    off, _ = chosen(buffers, camera, rows=EVERY_ROW - {'light'})
+    assert off.settings.light_threshold == 0.0 and not any(row.key == 'light' for row in off.rows)
 
 
 def glass_and_sun(angle: float) -> bpy.types.Scene:

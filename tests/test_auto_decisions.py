@@ -238,6 +238,41 @@ def test_a_search_ends_where_its_paths_do():
     assert 'too short' in search.why('transparent_bounces')
 
 
+# ---- Shadow rays
+
+
+def test_the_light_threshold_is_where_time_and_noise_are_least():
+    """Samples of eight rays, two of which bring light of lamps (logarithms of a deviation of 1), whose noise is a
+    quarter of all: half and twice the threshold are worse than what is chosen."""
+    light = np.exp(np.random.default_rng(9).standard_normal(100_000))
+    variance, rays = 8.0 * light.var(), 8.0
+
+    def product(limit: float) -> float:
+        chance = np.minimum(light / limit, 1.0)
+        more = 2.0 * (light**2 * (1.0 / chance - 1.0)).mean()
+        return (1.0 + more / variance) * (6.0 + 2.0 * chance.mean()) / rays
+
+    limit = plan.light_threshold(variance**0.5, rays)
+    assert product(limit) < min(0.97, product(0.5 * limit), product(2.0 * limit))
+
+
+@pytest.mark.parametrize(
+    ('rays', 'noise', 'worth'), [(0.8, 1.0, True), (0.8, 1.1, False), (0.96, 1.0, False), (1.0, 0.8, False)]
+)
+def test_what_random_shadow_rays_are_worth(rays, noise, worth):
+    """Time for as much noise; a pilot's luck in it does not count."""
+    assert plan.Shadows(0.1, rays, noise).worth == worth
+
+
+def test_the_typical_deviation_is_of_one_sample():
+    chance = np.random.default_rng(10)
+    found = pictures(chance, np.full((4096, 3), 0.5), 0.1, 8)
+    # The root of a variance of seven degrees of freedom by three channels is 1.2 % low.
+    assert measure.typical(found, 16) == pytest.approx(0.4, rel=0.02)
+    found[0, :4] += 100.0
+    assert measure.typical(found, 16) < 0.4 * 1.5, 'a few fireflies count for little'
+
+
 # ---- Samples
 
 

@@ -156,10 +156,16 @@ def test_samples_are_taken_where_they_were_told_to_be() -> None:
             session.spread(np.zeros((SIZE, SIZE), U32))
         session.start()
         assert session.wait(300.0) and session.samples_done() == 8
-        differences = np.zeros((SIZE, SIZE, 2), F32)
+        differences = np.zeros((SIZE, SIZE, 3), F32)
         session.differences(differences)
         rows, columns = np.nonzero(differences[..., 0])
         assert {(x, y) for x, y in zip(columns.tolist(), rows.tolist(), strict=True)} == set(NOISY)
+        # A ray to each pixel; from each patch in the tile one to the lamp, and one by its BSDF that may meet it.
+        in_tiles = np.zeros((2, 2), F32)
+        for x, y in NOISY:
+            in_tiles[y // TILE, x // TILE] += 2.0 / TILE**2
+        assert differences[::TILE, ::TILE, 2] == pytest.approx(1.0 + in_tiles, rel=1e-6)
+        assert (differences[..., 2] == np.kron(differences[::TILE, ::TILE, 2], np.ones((TILE, TILE)))).all()
         session.spread(np.tile(wanted, (SIZE, 1)).astype(U32))
         session.start()
         assert session.wait(300.0) and session.progress() == 1.0

@@ -10,7 +10,7 @@ from .choice import Choice, Materials, choose
 from .facts import Facts, facts
 from .models import Part, parts_of
 from .pilot import Pilot
-from .spread import asked_samples, spread_samples
+from .spread import asked_samples, shared_reach, spread_samples
 
 __all__ = [
     'Choice',
@@ -22,5 +22,6 @@ __all__ = [
     'choose',
     'facts',
     'parts_of',
+    'shared_reach',
     'spread_samples',
 ]

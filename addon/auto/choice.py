@@ -233,6 +233,7 @@ class Trial:
         lowered = {LIMIT_OF[key] for key in self.allowed if key in LIMIT_OF} | self.allowed & {'integrator'}
         if self.asked.transparent_film:
             lowered.discard('transparent_bounces')
+        shadows = self.lit()
         search = plan.Search(limits, self.probe, self.tolerance, frozenset(lowered), self.found.present)
         chosen = with_limits(self.asked, search.run())
         left_out, model_row = self.modelled(chosen)
@@ -244,6 +245,12 @@ class Trial:
             rows.append(
                 model_row if self.scene is not None or not left_out else replace(model_row, chosen=ALL, why=why)
             )
+        if shadows is not None:
+            chosen, row = self.light_row(chosen, shadows)
+            rows.append(row)
+            if shadows.worth:
+                rays *= shadows.rays
+                noise = replace(noise, variance=noise.variance * shadows.variance)
         room = difference.high if difference is not None else 0.0
         sampling, row = self.sampled(noise, before, room)
         rows.append(row)
@@ -289,6 +296,33 @@ class Trial:
         """Whether so many more paths leave those that state the error."""
         later = self.cost_of(plan.VERIFIED, self.spend.verify) + self.cost_of(plan.BETWEEN, self.spend.search)
         return self.pilot.paths + paths + later <= self.spend.paths
+
+    def lit(self) -> plan.Shadows | None:
+        """What it brings to trace rays to little light at random; None where that is not looked at."""
+        cost = self.cost_of(1, self.spend.search)
+        if 'light' not in self.allowed or not self.affords(cost):
+            return None
+        samples, before = self.spend.search, measure.typical(self.base.pictures, self.spend.search)
+        limit = plan.light_threshold(before, self.base.rays / cost)
+        if limit <= self.asked.light_threshold:
+            return None
+        other = self.render(replace(self.asked, light_threshold=limit), samples, SEARCH)
+        variances = [pictures.var(axis=0, ddof=1).mean() for pictures in (other.pictures, self.base.pictures)]
+        return plan.Shadows(
+            limit,
+            other.rays / self.base.rays,
+            measure.typical(other.pictures, samples) / before,
+            max(float(variances[0] / variances[1]), 1.0),
+        )
+
+    def light_row(self, chosen: RenderSettings, shadows: plan.Shadows) -> tuple[RenderSettings, Row]:
+        """Such rays change no mean: nothing has to be verified."""
+        asked = random_below(self.asked.light_threshold)
+        if not shadows.worth:
+            return chosen, Row('light', asked, asked, f'more saves less than {percent(plan.LIGHT_WORTH)} of the time')
+        told = random_below(shadows.threshold)
+        why = f'{percent(1.0 - shadows.rays)} fewer rays, {percent(shadows.variance - 1.0)} more variance'
+        return replace(chosen, light_threshold=shadows.threshold), Row('light', asked, told, why)
 
     def modelled(self, chosen: RenderSettings) -> tuple[list[Part], Row | None]:
         """Leaves out what the materials do not need, beside the limits that were chosen. None: nothing to leave out."""
@@ -420,6 +454,10 @@ class Trial:
             'share': self.pilot.paths / whole,
             'seconds': self.pilot.wall,
         }
+
+
+def random_below(threshold: float) -> str:
+    return f'at random below {threshold:.2g}' if threshold > 0.0 else ALL
 
 
 def unseen(parts: Sequence[Part], passes: Sequence[str]) -> list[Part]:

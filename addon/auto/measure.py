@@ -140,6 +140,16 @@ def disjoint(pictures: Pictures, mean: float) -> tuple[NDArray[np.float64], NDAr
     return np.stack(errors), np.stack(variances)
 
 
+def typical(pictures: Pictures, samples: int) -> float:
+    """Mean over the pixels of the deviation of one sample, from renders of `samples` each.
+
+    Where each pixel takes as many samples as its deviation asks for, it is what the error of all comes of (Neyman
+    1934), and a few fireflies are a small part of it.
+    """
+    check_seeds(pictures)
+    return float(np.sqrt(pictures.var(axis=0, ddof=1).mean(axis=1) * samples).mean())
+
+
 def slope(found: Noise, before: NDArray[np.float64], samples: int) -> float:
     """The power by which the variance fell from `before`, after fewer samples; 1 where that cannot be told."""
     if samples >= found.samples or min(effective_number(before), found.pixels) < MANY_PIXELS:

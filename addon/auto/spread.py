@@ -24,16 +24,15 @@ FIRST = 4  # at least: fewer tell too little of noise
 MOST = 4  # a pixel takes so many times the samples that were asked for at most
 ASIDE = (2, 5)  # pixels to either side whose noise counts, near and far alike
 DARKEST = 0.1  # of the mean brightness: below, errors count no more
-CLEAN_COST = 0.25  # of a sample where there is no noise at all: it meets nothing, or what only shines
-WORTH = 0.1  # part of the samples that must be saved, or all pixels take the same
+WORTH = 0.1  # part of the rays that must be saved, or all pixels take the same
 PIXELS = 8192  # fewer tell too little of what is left
 LEVEL_MOST, STEPS = 40.0, 24  # powers of two that are searched, halved so often
 
 
 @dataclass(frozen=True, slots=True)
 class Spread:
-    """most: samples of each pixel, (h, w). share: of the samples that were asked for. error: root mean square of
-    what is left of the noise, as a share of what those would leave, by the measure by which it is more.
+    """most: samples of each pixel, (h, w). share: of the rays that the samples which were asked for take. error: root
+    mean square of what is left of the noise, as a share of what those would leave, by the measure by which it is more.
     """
 
     most: NDArray[np.uint32]
@@ -49,7 +48,7 @@ class Spread:
             return 'AUTO: noise is so alike everywhere that all pixels take the same samples'
         return (
             f'AUTO: samples go where there is noise, {self.most.min()} to {self.most.max()} a pixel: '
-            f'{percent(1.0 - self.share)} fewer leave as much of it in the picture'
+            f'{percent(1.0 - self.share)} fewer rays leave as much of it in the picture'
         )
 
 
@@ -72,20 +71,22 @@ def asked_samples(settings: RenderSettings) -> int:
     return settings.samples // MOST if settings.spread_after > 0 else settings.samples
 
 
-def spread_samples(differences: Values, brightness: Values, first: int, samples: int) -> Spread:
+def spread_samples(differences: Values, brightness: Values, first: int, samples: int, reach: int = 0) -> Spread:
     """differences: film_error (kernels/film.h) of each pixel's `first` samples beside half of them, and of these beside
-    a quarter, (h, w, 2). brightness: the sum of its channels, (h, w). samples: that were asked for.
+    a quarter; and the rays that a sample takes in its tile, (h, w, 3). brightness: the sum of its channels, (h, w).
+    samples: that were asked for. reach: pixels to either side that show a pixel's samples, too (`shared_reach`).
 
-    With variances v n^-s the sum of v n^-s / b is least, for as many samples, where s v n^-(1 + s) / b is the same for
-    all (Neyman 1934, who has s = 1). b is the brightness, as for film_error: noise in the dark counts more than in the
-    root mean square over the picture. Neither of the two may be larger than with all samples alike. As v of a pixel
-    counts that of its neighbours, and its own, of which its number is not made, tells what is left.
+    With variances v n^-s and c rays a sample, the sum of v n^-s / b is least, for as many rays, where
+    s v n^-(1 + s) / (b c) is the same for all (Neyman 1934, who has s = 1). b is the brightness, as for film_error:
+    noise in the dark counts more than in the root mean square over the picture. Neither of the two may be larger than
+    with all samples alike. As v of a pixel counts that of its neighbours, and its own, of which its number is not made,
+    tells what is left.
     """
     light = np.maximum(brightness.astype(np.float64), 0.0)
     errors = np.square(differences.astype(np.float64))
     now, before = (errors[..., k] * np.square(1e-4 + np.sqrt(light)) for k in (0, 1))
     with np.errstate(divide='ignore', invalid='ignore'):
-        fall = np.log2(neighbours(before, ASIDE[-1]) / neighbours(now, ASIDE[-1]))
+        fall = np.log2(neighbours(before, ASIDE[-1], reach) / neighbours(now, ASIDE[-1], reach))
     slope = np.clip(np.nan_to_num(fall, nan=1.0), 1.0, STEEPEST)
     # Halves differ by 2^s - 1 times the variance of both together.
     own = now / (2.0**slope - 1.0)
@@ -93,11 +94,15 @@ def spread_samples(differences: Values, brightness: Values, first: int, samples:
     if not 0.0 < float(own.sum()) < math.inf:
         return plain
     # What is looked at: the mean squared error, and that of film_error.
-    seen = neighbours(light, ASIDE[0]) + DARKEST * light.mean()
+    seen = neighbours(light, ASIDE[0], reach) + DARKEST * light.mean()
     measures = [own, own / seen]
-    cost = np.where(errors.any(axis=2), 1.0, CLEAN_COST)
-    around = np.mean([neighbours(own, aside) for aside in ASIDE], axis=0) / seen
-    wanted = (slope * around / around.mean()) ** (1.0 / (1.0 + slope))
+    # Where there is no noise at all, a ray meets nothing, or what only shines.
+    clean = ~errors.any(axis=2)
+    cost = np.where(clean, 1.0, np.maximum(differences[..., 2], 1.0)).astype(np.float64)
+    around = np.mean([neighbours(own, aside, reach) for aside in ASIDE], axis=0) / seen
+    # By the tile's rays, which a pixel's own samples are a small part of.
+    dear = np.maximum(differences[..., 2], 1.0).astype(np.float64)
+    wanted = (slope * (around / around.mean()) * (dear.mean() / dear)) ** (1.0 / (1.0 + slope))
     ends = rungs(first, MOST * samples)
     between = np.sqrt(ends[:-1] * ends[1:])
 
@@ -127,15 +132,25 @@ def rungs(first: int, last: int) -> Values:
     return steps[steps <= last]
 
 
-def neighbours(values: Values, aside: int) -> Values:
-    """Mean of the pixels around each in a square, without itself; at the picture's edges of those that there are."""
+def shared_reach(settings: RenderSettings, filter_width: float) -> int:
+    """How many pixels away one shows a pixel's samples: those whose filters reach them, where samples are shared."""
+    return max(math.ceil(filter_width) - 1, 0) if settings.sharing else 0
 
-    def boxes(grid: Values) -> Values:
+
+def neighbours(values: Values, aside: int, reach: int = 0) -> Values:
+    """Mean of the pixels around each in a square, without itself, and those within reach; at the picture's edges of
+    those that there are.
+    """
+    aside = max(aside, reach + 1)
+
+    def boxes(grid: Values, aside: int) -> Values:
         sums = np.pad(grid, aside + 1)[:-1, :-1].cumsum(axis=0).cumsum(axis=1)
         size = 2 * aside + 1
         sums = np.pad(sums, ((0, 1), (0, 1)), mode='edge')
-        return sums[size:, size:] - sums[:-size, size:] - sums[size:, :-size] + sums[:-size, :-size]
+        return (sums[size:, size:] - sums[:-size, size:] - sums[size:, :-size] + sums[:-size, :-size])[:height, :width]
+
+    def ring(grid: Values) -> Values:
+        return boxes(grid, aside) - (boxes(grid, reach) if reach > 0 else grid)
 
     height, width = values.shape
-    count = boxes(np.ones_like(values))[:height, :width] - 1.0
-    return np.maximum(boxes(values)[:height, :width] - values, 0.0) / np.maximum(count, 1.0)
+    return np.maximum(ring(values), 0.0) / np.maximum(ring(np.ones_like(values)), 1.0)
