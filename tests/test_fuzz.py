@@ -15,7 +15,7 @@ from pathlib import Path
 import pytest
 
 import vulkan
-from fuzzing.__main__ import Campaign, search
+from fuzzing.__main__ import Campaign, search, survey
 
 KEPT = sorted((Path(__file__).resolve().parent / 'fuzzing' / 'kept').glob('*.json'))
 SCENES = int(os.environ.get('COTORRA_SCENES', '200'))
@@ -50,6 +50,20 @@ def test_a_fault_is_found(campaign: Campaign, monkeypatch: pytest.MonkeyPatch, f
     assert told in campaign.runner.verdict(PLAIN | {'sabotage': fault})['fault']
     monkeypatch.undo()
     assert campaign.runner.verdict(PLAIN)['fault'] == ''
+
+
+def test_a_survey_goes_on_after_a_fault_and_keeps_its_scene(
+    campaign: Campaign, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    seen = []
+
+    def judge(description: dict) -> dict:
+        seen.append(description)
+        return {'fault': 'crash' if len(seen) % 3 == 0 else ''}
+
+    monkeypatch.setattr(campaign, 'judge', judge)
+    found = survey(campaign, 12, SEED)
+    assert len(seen) >= 12 and [entry['scene'] for entry in found] == seen[2::3]
 
 
 @pytest.mark.parametrize('path', KEPT, ids=lambda path: path.stem)

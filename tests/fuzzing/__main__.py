@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Renders N random scenes in a process of its own; those that crash, hang or give pixels that are not finite are shrunk
-and written to build/fuzzed. The exit code is 1 if there is one.
+"""Renders N random scenes in a process of its own; those that crash, hang or give pixels that are not finite are
+written to build/fuzzed, and shrunk first where that is asked for: it takes up to five minutes for each, and leaves out
+the rest of its hundred. The exit code is 1 if there is one.
 """
 
 from __future__ import annotations
@@ -11,6 +12,7 @@ import json
 import re
 import sys
 import time
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -59,12 +61,9 @@ def kind_of(text: str) -> str:
     return re.sub(r'[-+]?\d[\d.e+-]*', 'N', re.sub(r'"[^"]*"', '"…"', text.strip().splitlines()[-1]))[:160]
 
 
-def search(campaign: Campaign, count: int, seed: int) -> dict[str, Any] | None:
-    """The smallest description found whose render has a fault; None where all are in order."""
-    failing: list[tuple[dict[str, Any], dict[str, Any]]] = []
-
-    @hypothesis.seed(seed)
-    @hypothesis.settings(
+def drawn(campaign: Campaign, count: int, seed: int, one: Callable[[dict[str, Any]], None]) -> Callable[[], None]:
+    """Calls `one` with so many descriptions; where it raises, with ever smaller ones that make it raise."""
+    settings = hypothesis.settings(
         max_examples=count,
         database=None,
         deadline=None,
@@ -72,7 +71,26 @@ def search(campaign: Campaign, count: int, seed: int) -> dict[str, Any] | None:
         print_blob=False,
         report_multiple_bugs=False,
     )
-    @hypothesis.given(scenes(campaign.runner.catalogue))
+    return hypothesis.seed(seed)(settings(hypothesis.given(scenes(campaign.runner.catalogue))(one)))
+
+
+def survey(campaign: Campaign, count: int, seed: int) -> list[dict[str, Any]]:
+    """All descriptions whose render has a fault, as they were drawn."""
+    failing: list[dict[str, Any]] = []
+
+    def one(description: dict[str, Any]) -> None:
+        found = campaign.judge(description)
+        if found['fault']:
+            failing.append({'fault': found['fault'], 'scene': description})
+
+    drawn(campaign, count, seed, one)()
+    return failing
+
+
+def search(campaign: Campaign, count: int, seed: int) -> dict[str, Any] | None:
+    """The smallest description found whose render has a fault; None where all are in order."""
+    failing: list[tuple[dict[str, Any], dict[str, Any]]] = []
+
     def one(description: dict[str, Any]) -> None:
         found = campaign.judge(description)
         if found['fault']:
@@ -80,7 +98,7 @@ def search(campaign: Campaign, count: int, seed: int) -> dict[str, Any] | None:
             raise AssertionError(kind_of(found['fault']))
 
     try:
-        one()
+        drawn(campaign, count, seed, one)()
     except BaseException as error:
         if not failing:
             raise
@@ -99,18 +117,18 @@ def main() -> int:
     parser.add_argument('--device', default='CPU', choices=('CPU', 'VULKAN'))
     parser.add_argument('--ray-tracing', default='AUTO', choices=('AUTO', 'SOFTWARE', 'HARDWARE'))
     parser.add_argument('-o', '--output', type=Path, default=ROOT / 'build' / 'fuzzed')
+    parser.add_argument('--shrink', action='store_true', help='each hundred ends with its first fault, made small')
     options = parser.parse_args()
     campaign = Campaign(options.seconds, {'device': options.device, 'ray_tracing': options.ray_tracing})
     failed, begun = 0, 0
     while begun < options.count:
-        # A search ends with its first fault: one of a hundred scenes leaves the rest to the next seed.
         batch, seed = min(100, options.count - begun), options.seed + begun
         begun += batch
-        found = search(campaign, batch, seed)
-        if found is not None:
+        smallest = search(campaign, batch, seed) if options.shrink else None
+        for found in [smallest] if smallest else [] if options.shrink else survey(campaign, batch, seed):
             failed += 1
             options.output.mkdir(parents=True, exist_ok=True)
-            path = options.output / f'{seed}.json'
+            path = options.output / f'{seed}-{failed}.json'
             path.write_text(json.dumps(found, indent=1) + '\n')
             print(f'seed {seed}: {found["fault"][-700:]}\n  {path}', flush=True)
         print(f'{campaign.rendered} renders, {failed} faults', file=sys.stderr, flush=True)
