@@ -141,10 +141,10 @@ def _inner(reading: Reading, made: Made, number: int) -> tuple[Made | None, bool
 
 
 def _geometry(obj: bpy.types.Object) -> object | None:
-    """What geometry nodes made of an object; None of empties, which have none."""
+    """What geometry nodes made of an object; None of empties, which have none, and where Blender cannot tell."""
     try:
         return obj.evaluated_geometry()
-    except TypeError:
+    except (AttributeError, TypeError):
         return None
 
 
