@@ -70,7 +70,7 @@ struct SurfacePick {
   uint constants;
   vec3 weight;  // over the probability with which it was drawn
   float u;      // what is left of the random number
-  uint own_normal;  // 1: the normal is the surface's own, bent as it is
+  uint own_normal;  // CLOSURE_OWN_NORMAL, CLOSURE_BENT_NORMAL or 0
 };
 
 FN float closure_share(vec3 weight) { return (max(weight.x, 0.0f) + max(weight.y, 0.0f) + max(weight.z, 0.0f)); }
@@ -95,8 +95,8 @@ FN SurfacePick surface_draw(IN(SceneData) scene, IN(MaterialProgram) program, fl
     if (u < chance) {
       u = u / chance;
       pick.kind = row.kind;
-      pick.mode = row.mode & ~CLOSURE_OWN_NORMAL;
-      pick.own_normal = select((row.mode & CLOSURE_OWN_NORMAL) != 0u, 1u, 0u);
+      pick.own_normal = row.mode & (CLOSURE_OWN_NORMAL | CLOSURE_BENT_NORMAL);
+      pick.mode = row.mode - pick.own_normal;
       pick.arguments = row.arguments;
       pick.weight = max(weight, vec3(0.0f));
     } else {
@@ -123,6 +123,12 @@ FN vec3 pick_vector(IN(SceneData) scene, IN(SurfacePick) pick, uint k PROGRAM_ME
 // A closure's normal, on the viewer's side.
 FN vec3 pick_normal(IN(SceneData) scene, IN(SurfacePick) pick, IN(ShaderPoint) at, uint k PROGRAM_MEMORY) {
   return normalize_or(pick_vector(scene, pick, k PROGRAM_SAME_MEMORY), at.n);
+}
+
+// The surface's own normal, as a displacement bends it before a closure with CLOSURE_BENT_NORMAL does.
+FN vec3 pick_own_normal(IN(SceneData) scene, IN(SurfacePick) pick, IN(ShaderPoint) at PROGRAM_MEMORY) {
+  const uint place = LOAD(scene.program_code, pick.arguments - 1u);
+  return normalize_or(light_numbers(program_vector(scene, pick.constants, place PROGRAM_SAME_MEMORY)), at.n);
 }
 
 // The constants of a Principled closure, clamped as Cycles does.

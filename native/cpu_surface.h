@@ -195,7 +195,7 @@ void draw_surfaces(const Tracer &t, int lanes, const float *u) {
     PlainLanes &plain = b.programs->plain;
     const ProgramPart &part = scene.programs.v[b.surface[order[0]].material].surface;
     const ClosureRow row = scene.program_closures.v[part.result];
-    const bool alone = part.closures == 1u && row.kind == CLOSURE_PRINCIPLED;
+    const bool alone = part.closures == 1u && row.kind == CLOSURE_PRINCIPLED && (row.mode & CLOSURE_BENT_NORMAL) == 0u;
     if (alone) {
       gather_plain(batch, row, plain);
       clamp_plain(batch, plain);

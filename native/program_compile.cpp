@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <optional>
 #include <random>
 #include <stdexcept>
 #include <utility>
@@ -64,6 +65,7 @@ struct Closure {
   uint mode;
   Value weight;
   std::vector<Value> arguments;
+  std::optional<Value> own_normal;
   uint row;  // of the shader's closures
 };
 
@@ -197,7 +199,7 @@ class Compiler {
       std::size_t next = row.first_argument;
       if (next + types.size() > in_.closure_args.size()) fail(in_, "closure_args end within a closure");
       check(row.weight, values_.size(), info.name);
-      Closure c{info.kind, row.mode, value_of(row.weight), {}, static_cast<uint>(i)};
+      Closure c{info.kind, row.mode, value_of(row.weight), {}, {}, static_cast<uint>(i)};
       if (!graph_.is_constant(c.weight) && !graph_.is_vector(c.weight)) c.weight = graph_.splat(c.weight);
       for (const char type : types) {
         check(in_.closure_args[next], values_.size(), info.name);
@@ -207,6 +209,14 @@ class Compiler {
           fail(in_, std::string("closure ") + info.name + " takes an argument of the other type");
         }
         c.arguments.push_back(v);
+      }
+      if ((row.mode & CLOSURE_BENT_NORMAL) != 0) {
+        if (next == in_.closure_args.size()) fail(in_, "closure_args end within a closure");
+        check(in_.closure_args[next], values_.size(), info.name);
+        c.own_normal = value_of(in_.closure_args[next]);
+        if (graph_.is_constant(*c.own_normal) || !graph_.is_vector(*c.own_normal)) {
+          fail(in_, "a surface's own normal is no computed vector");
+        }
       }
       if (is_nothing(c.weight)) {
         notes_.dropped.push_back({c.row, 0});
@@ -456,7 +466,7 @@ class Compiler {
   void write_surface(ProgramWriter &writer, CompiledShader &out) {
     std::vector<ProgramWriter::Row> rows;
     for (const Closure &c : surface_) {
-      rows.push_back({c.kind, c.mode, c.weight, c.arguments});
+      rows.push_back({c.kind, c.mode, c.weight, c.arguments, c.own_normal});
       notes_.closure_sources.push_back(static_cast<int>(c.row));
     }
     // What is let through and has a colour is one of the things that a ray may do here.

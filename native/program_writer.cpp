@@ -104,6 +104,7 @@ ProgramPart ProgramWriter::closures(const std::vector<Row> &rows) {
   for (const Row &row : rows) {
     roots.push_back(row.weight);
     roots.insert(roots.end(), row.arguments.begin(), row.arguments.end());
+    if (row.own_normal) roots.push_back(*row.own_normal);
   }
   begin(roots);
   return finish({}, rows);
@@ -116,6 +117,7 @@ ProgramPart ProgramWriter::finish(std::vector<uint> results, const std::vector<R
   std::vector<ClosureRow> records;
   for (const Row &row : rows) {
     const ClosureInfo &info = program_closures()[row.kind];
+    if (row.own_normal) words.push_back(reference(*row.own_normal, true));
     records.push_back({row.kind, row.mode, reference(row.weight, true), static_cast<uint>(words.size())});
     for (std::size_t k = 0; info.arguments[k] != 0 && k < row.arguments.size(); ++k) {
       const Value a = row.arguments[k];

@@ -3,6 +3,7 @@
 // Which values there are is program_graph's business.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -19,6 +20,7 @@ class ProgramWriter {
     uint mode;
     Value weight;
     std::vector<Value> arguments;
+    std::optional<Value> own_normal = {};  // with CLOSURE_BENT_NORMAL
   };
 
   ProgramWriter(const ShaderInput &in, const ProgramGraph &graph, ProgramLibrary &library, CompiledShader &out)

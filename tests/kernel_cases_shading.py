@@ -177,9 +177,18 @@ SURFACES = [
         'kind = drawn.kind; weight = drawn.weight; rest = drawn.u; color = vec3(0.0f); n = at.n; share = 0.0f;'
         'if (kind != CLOSURE_HOLDOUT) color = pick_vector(scene, drawn, 0u PROGRAM_SAME_MEMORY);'
         'if (kind == CLOSURE_DIFFUSE) { share = pick_number(scene, drawn, 1u PROGRAM_SAME_MEMORY);'
-        ' n = pick_normal(scene, drawn, at, 2u PROGRAM_SAME_MEMORY); }',
+        ' n = pick_normal(scene, drawn, at, 2u PROGRAM_SAME_MEMORY); } smooth = at.n;'
+        'if (drawn.own_normal == CLOSURE_BENT_NORMAL) smooth = pick_own_normal(scene, drawn, at PROGRAM_SAME_MEMORY);',
         {'s': SURFACE, 'o': DIRECTION, 'which': WHICH, 'u': UNIT},
-        {'kind': 'uint', 'weight': 'vec3', 'rest': 'float', 'color': 'vec3', 'n': 'vec3', 'share': 'float'},
+        {
+            'smooth': 'vec3',
+            'kind': 'uint',
+            'weight': 'vec3',
+            'rest': 'float',
+            'color': 'vec3',
+            'n': 'vec3',
+            'share': 'float',
+        },
         Tolerance(4096, "sines are each library's own; what is left of u divides by probabilities", absolute=2e-5),
         scene=True,
         program=True,

@@ -13,7 +13,7 @@ import numpy as np
 
 from ..export.buffers import SceneBuffers, Shader
 from ..shader.ops import Tables, tables
-from ..shader.tree import NORMALS, OWN_NORMAL
+from ..shader.tree import BENT_NORMAL, NORMALS, OWN_NORMAL
 from ..shader.words import CLOSURE_ARGUMENTS
 
 # What may be left out, and how it is called: an argument of a closure that is off at 0. Those of Principled that come
@@ -102,7 +102,7 @@ def without(buffers: SceneBuffers, parts: Sequence[Part], known: Tables | None =
 
 def _shader_without(shader: Shader, parts: Sequence[Part], known: Tables) -> Shader:
     names = {kind.number: name for name, kind in known.closures.items()}
-    arguments = shader.closure_args.copy()
+    arguments, closures = shader.closure_args.copy(), shader.closures.copy()
     constants = np.concatenate([shader.constants, np.zeros((1, 3), np.float32)])
     nothing = ~len(shader.constants)
     ops, modes, labels = shader.ops, shader.modes, shader.labels
@@ -111,10 +111,16 @@ def _shader_without(shader: Shader, parts: Sequence[Part], known: Tables) -> Sha
         modes = np.append(modes, np.uint32(0)).astype(np.uint32)
         labels = (*labels, '')
     for part in parts:
-        closure = shader.closures[part.closure]
-        place = CLOSURE_ARGUMENTS[names[int(closure['kind'])]].index(part.argument)
-        arguments[int(closure['first_arg']) + place] = len(ops) - 1 if part.argument == NORMAL else nothing
-    return replace(shader, ops=ops, modes=modes, labels=labels, constants=constants, closure_args=arguments)
+        closure = closures[part.closure]
+        first, known_arguments = int(closure['first_arg']), CLOSURE_ARGUMENTS[names[int(closure['kind'])]]
+        left = len(ops) - 1 if part.argument == NORMAL else nothing
+        if part.argument == NORMAL and int(closure['mode']) & BENT_NORMAL:
+            # What a displacement does stays.
+            left = arguments[first + len(known_arguments)]
+            closure['mode'] ^= BENT_NORMAL | OWN_NORMAL
+        arguments[first + known_arguments.index(part.argument)] = left
+    shown = replace(shader, ops=ops, modes=modes, labels=labels, constants=constants)
+    return replace(shown, closures=closures, closure_args=arguments)
 
 
 def work(buffers: SceneBuffers) -> int:

@@ -68,8 +68,8 @@ class Draft:
         return self.shader
 
 
-# Where the normal stands among the arguments of closures, and the bit of their modes that tells that it is the
-# surface's own, bent by a displacement.
+# Where the normal stands among the arguments of closures, and the bits of their modes that tell that it is the
+# surface's own, bent by a displacement, or bent further from that one.
 NORMALS = {
     'translucent': 1,
     'diffuse': 2,
@@ -82,6 +82,7 @@ NORMALS = {
     'metallic': 7,
 }
 OWN_NORMAL = 1 << 16
+BENT_NORMAL = 1 << 17  # it is bent from there; the surface's own stands after the arguments
 
 
 @dataclass(slots=True)
@@ -158,8 +159,12 @@ class Builder:
         kind = self.tables.closures[name]
         assert len(args) == len(kind.arguments), f'{name} takes {kind.arguments}'
         place = NORMALS.get(name)
-        if place is not None and args[place] == self.own_normal:
-            mode |= OWN_NORMAL
+        if place is not None and self.own_normal is not None:
+            if args[place] == self.own_normal:
+                mode |= OWN_NORMAL
+            else:
+                mode |= BENT_NORMAL
+                args = (*args, self.own_normal)
         self._closures.append((kind.number, mode, weight, args))
         self._closure_labels.append(self.label)
 

@@ -18,7 +18,7 @@ from .nodes_input import FALLOFF, LIGHT_PATH, OBJECT_F
 from .nodes_rays import INSIDE, ONLY_LOCAL, RAYCAST_ONLY_LOCAL, SAMPLES_SHIFT
 from .nodes_texture import GABOR_OUTPUTS, NOISE_TYPES
 from .reader import enum_numbers
-from .tree import OWN_NORMAL, SHIFT_BIT
+from .tree import BENT_NORMAL, OWN_NORMAL, SHIFT_BIT
 
 # The arguments of ops by name, in order; '' is never told.
 ARGUMENTS = {
@@ -382,7 +382,7 @@ def _dimensions(mode: int) -> frozenset[str]:
 
 def closure_words(name: str, mode: int) -> str:
     """A closure and its mode, such as 'glossy MULTI_GGX'."""
-    mode &= ~OWN_NORMAL
+    mode &= ~(OWN_NORMAL | BENT_NORMAL)
     match name:
         case 'glossy' | 'glass' | 'refraction':
             return f'{name} {DISTRIBUTIONS[mode]}'

@@ -28,6 +28,9 @@ const uint METALLIC_CONDUCTOR = 256u;  // bit of the mode of CLOSURE_METALLIC: i
 const uint PRINCIPLED_MULTI_GGX = 1u;  // mode of CLOSURE_PRINCIPLED
 // Bit of the mode of any closure: its normal is the surface's own, which a displacement has bent.
 const uint CLOSURE_OWN_NORMAL = 1u << 16;
+// Its normal is another, bent from the surface's own, which a displacement has bent and the word before the arguments
+// tells.
+const uint CLOSURE_BENT_NORMAL = 1u << 17;
 
 // Arguments of CLOSURE_PRINCIPLED, by their place.
 const uint PRINCIPLED_BASE = 0u;
