@@ -177,11 +177,11 @@ SURFACES = [
         'kind = drawn.kind; weight = drawn.weight; rest = drawn.u; color = vec3(0.0f); n = at.n; share = 0.0f;'
         'if (kind != CLOSURE_HOLDOUT) color = pick_vector(scene, drawn, 0u PROGRAM_SAME_MEMORY);'
         'if (kind == CLOSURE_DIFFUSE) { share = pick_number(scene, drawn, 1u PROGRAM_SAME_MEMORY);'
-        ' n = pick_normal(scene, drawn, at, 2u PROGRAM_SAME_MEMORY); } smooth = at.n;'
-        'if (drawn.own_normal == CLOSURE_BENT_NORMAL) smooth = pick_own_normal(scene, drawn, at PROGRAM_SAME_MEMORY);',
+        ' n = pick_normal(scene, drawn, at, 2u PROGRAM_SAME_MEMORY); } own = at.n;'
+        'if (drawn.own_normal == CLOSURE_BENT_NORMAL) own = pick_own_normal(scene, drawn, at PROGRAM_SAME_MEMORY);',
         {'s': SURFACE, 'o': DIRECTION, 'which': WHICH, 'u': UNIT},
         {
-            'smooth': 'vec3',
+            'own': 'vec3',
             'kind': 'uint',
             'weight': 'vec3',
             'rest': 'float',
