@@ -273,11 +273,14 @@ FINISH = [
         'path_filter_glossy(integrator, path, filtered, lobe);'
         + NO_MODEL.format('blurred')
         + NO_MODEL.format('filtered')
-        + 'left_out = caustics_left_out(scene, path.ray_kind); bare = material;'
+        + 'BsdfSample b; b.wi = wo; b.weight = light; b.pdf = 1.0f; b.lobe = path.vertex % 16u;'
+        'rough = sampled_alpha(bsdf, lobe, b); PathState wide = path; path_widen(integrator, rough, wide);'
+        'spread = wide.spread;'
+        'left_out = caustics_left_out(scene, path.ray_kind); bare = material;'
         'material_leave_out_caustics(scene, path.ray_kind, bare);',
         {'integrator': INTEGRATOR, 'path': PATH, 's': SURFACE, 'material': MATERIAL, 'wo': WO, 'light': COLOR},
         {'kept': 'vec3', 'found': 'vec3', 'alpha': 'float', 'blurred': 'Bsdf', 'filtered': 'Bsdf', 'left_out': 'uint'}
-        | {'bare': 'Material'},
+        | {'bare': 'Material', 'rough': 'float', 'spread': 'float'},
         ROUNDING,
         scene=True,
     ),
