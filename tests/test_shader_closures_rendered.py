@@ -176,7 +176,7 @@ SURFACES: dict[str, Surface] = {
     'displacement, steep': displaced(3.0, 1.0, DIFFUSE),
     'displacement, steep, and bumps': displaced(3.0, 1.0, bumped(40.0, 'BsdfDiffuse', Color=BLUE)),
     'displacement, steep, and bumps of Principled': displaced(
-        3.0, 1.0, bumped(40.0, 'BsdfPrincipled', Base_Color=BLUE, Roughness=0.7, Specular_IOR_Level=0.0)
+        3.0, 1.0, bumped(40.0, 'BsdfPrincipled', Base_Color=BLUE, Roughness=0.7)
     ),
     'displacement, steep, of cloth': displaced(3.0, 1.0, bsdf('BsdfSheen', distribution='ASHIKHMIN')),
     'add': add(DIFFUSE, bsdf('Emission', Color=RED_GLASS, Strength=0.5)),
@@ -318,9 +318,9 @@ def assert_same(ours: Reference, theirs: Reference) -> None:
 
 
 @pytest.mark.every(3)
-@pytest.mark.xfail(strict=True, reason='reflection is cut off below the displaced surface; Cycles cuts elsewhere')
+@pytest.mark.xfail(strict=True, reason='0.8 % in total, half of a tile at the edge of the sphere: not understood')
 def test_bumps_of_what_is_displaced_reflect_as_in_cycles(tmp_path: Path) -> None:
-    surface = bumped(40.0, 'BsdfPrincipled', Base_Color=BLUE, Roughness=0.7)
+    surface = bumped(40.0, 'BsdfAnisotropic', Color=BLUE, Roughness=0.5)
     assert_as_cycles(scene_of(displaced(3.0, 1.0, surface)), tmp_path)
 
 
