@@ -216,7 +216,7 @@ FN void surface_take(IN(SceneData) scene, IN(MaterialProgram) program, IN(Shader
   if (pick.own_normal == CLOSURE_BENT_NORMAL) {
     bsdf.n_smooth = pick_own_normal(scene, pick, at PROGRAM_SAME_MEMORY);
     bsdf.lobes |= BSDF_DISPLACED;
-    if (picked) bsdf.n_glossy = smooth_normal;  // of no use to a Lobe else
+    if (has_lobe(lobe)) bsdf.n_glossy = smooth_normal;  // which is of no use to a Lobe but for this
   }
   if (pick.kind == CLOSURE_TRANSPARENT) bsdf.lobes = BSDF_THROUGH;
 }

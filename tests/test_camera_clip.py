@@ -47,7 +47,8 @@ def clipped(kind: str, start: float, end: float, device: str, alpha: float) -> n
 
 @on_both('kind, start, end, expected', CASES, [CASES[1], CASES[5], CASES[7]])
 def test_what_is_clipped_is_not_seen(kind: str, start: float, end: float, expected: float, device: str) -> None:
-    np.testing.assert_allclose(clipped(kind, start, end, device, 1.0), expected, rtol=1e-5, atol=1e-6)
+    # The sum of 64 samples that are all alike, each rounded.
+    np.testing.assert_allclose(clipped(kind, start, end, device, 1.0), expected, rtol=1e-5)
 
 
 @on_both('kind, start, end, expected', CASES[:4], [CASES[1]])

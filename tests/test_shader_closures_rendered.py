@@ -178,6 +178,9 @@ SURFACES: dict[str, Surface] = {
     'displacement, steep, and bumps of Principled': displaced(
         3.0, 1.0, bumped(40.0, 'BsdfPrincipled', Base_Color=BLUE, Roughness=0.7)
     ),
+    'displacement, steep, and bumps under a coat': displaced(
+        3.0, 1.0, bumped(40.0, 'BsdfPrincipled', Base_Color=BLUE, Roughness=0.7, Coat_Weight=0.5, Coat_Roughness=0.4)
+    ),
     'displacement, steep, of cloth': displaced(3.0, 1.0, bsdf('BsdfSheen', distribution='ASHIKHMIN')),
     'add': add(DIFFUSE, bsdf('Emission', Color=RED_GLASS, Strength=0.5)),
     'add beside what is clear in places': add(

@@ -14,6 +14,9 @@ namespace cotorra {
 // Near is a triangle whose middle is not this many times its longest edge away, squares compared; and it shows at least
 // so many steradians then, since single precision tells too little of slivers.
 const float TRIANGLE_NEAR = 2.0f;
+// Of a point in its very plane directions tell nothing: the corners' volume is at least this. The density holds to 0.5 %
+// down to 5e-6 of an edge from the plane, to 5 % at a tenth of that, where points uniform by area would miss all light.
+const float TRIANGLE_VOLUME = 1e-7f;
 const float TRIANGLE_SHOWN = 1e-3f;
 
 // A triangle as it shows from a point.
@@ -44,7 +47,7 @@ FN void triangle_view(vec3 to, vec3 edge1, vec3 edge2, OUT(TriangleView) view) {
   // Van Oosterom & Strackee 1983.
   const float below = 1.0f + dot(view.a, view.b) + dot(view.b, view.c) + dot(view.c, view.a);
   const float shown = 2.0f * angle_of_point(below, view.volume);
-  if (shown >= TRIANGLE_SHOWN) view.solid_angle = shown;
+  if (shown >= TRIANGLE_SHOWN && view.volume >= TRIANGLE_VOLUME) view.solid_angle = shown;
 }
 
 // The direction of a uniform point of it.

@@ -36,6 +36,7 @@ def surfaces() -> None:
     """Every material on an object of its own in one place; those that are not rendered are hidden."""
     import bpy
     import numpy as np
+    from cotorra import compat
 
     from benchmark.scenes import build_grid
 
@@ -49,10 +50,8 @@ def surfaces() -> None:
     rng = np.random.default_rng(1)
     for name in NAMES:
         material = bpy.data.materials.new(name)
-        if hasattr(material, 'use_nodes') and bpy.app.version < (5, 0, 0):
-            material.use_nodes = True
+        own = compat.principled(material)
         nodes, links = material.node_tree.nodes, material.node_tree.links
-        own = nodes['Principled BSDF']
         if name in MODELS:
             material.cotorra.model = MODELS[name]
         elif name == NOISE:
