@@ -14,8 +14,9 @@ namespace cotorra {
 // Near is a triangle whose middle is not this many times its longest edge away, squares compared; and it shows at least
 // so many steradians then, since single precision tells too little of slivers.
 const float TRIANGLE_NEAR = 2.0f;
-// Of a point in its very plane directions tell nothing: the corners' volume is at least this. The density holds to 0.5 %
-// down to 5e-6 of an edge from the plane, to 5 % at a tenth of that, where points uniform by area would miss all light.
+// Of a point in its very plane directions tell nothing: the corners' volume is at least this. The density holds to 0.5
+// % down to 5e-6 of an edge from the plane, to 5 % at a tenth of that, where points uniform by area would miss all
+// light.
 const float TRIANGLE_VOLUME = 1e-7f;
 const float TRIANGLE_SHOWN = 1e-3f;
 
