@@ -130,6 +130,7 @@ def test_a_sequence_that_shows_another_scene(scene, tmp_path):
     """The arguments hold for that scene, too, and its figures are kept."""
     other = bpy.data.scenes.new('Stage')
     other.camera = scene.camera
+    other.render.resolution_x, other.render.resolution_y = scene.render.resolution_x, scene.render.resolution_y
     other.collection.objects.link(scene.camera)
     other.render.engine = 'CYCLES'
     strips(scene).new_scene('Shot', other, 1, 1)

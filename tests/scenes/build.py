@@ -23,6 +23,9 @@ def new_scene() -> bpy.types.Scene:
     cycles.samples, cycles.use_adaptive_sampling, cycles.use_denoising = 64, False, False
     cycles.sample_clamp_indirect = cycles.blur_glossy = 0.0
     cycles.light_sampling_threshold = 0.0  # by which weak shadow rays are traced at random: noise where there is none
+    # A test that names no size of its own renders a small picture, not Blender's of 1920 x 1080.
+    render = bpy.context.scene.render
+    render.resolution_x, render.resolution_y = 64, 36
     return bpy.context.scene
 
 
