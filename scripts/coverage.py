@@ -29,6 +29,7 @@ TRUTH = (7001, 7002, 7003, 7004)
 NEAR = 0.2
 TOLERANCE = 0.01  # of AUTO
 POLL_SECONDS = 0.02
+MOST = 1024  # samples of adaptive sampling, and of each of the truths beside it
 HEAD = ('scene', 'bias', 'AUTO', 'within bound', 'adaptive', 'told / true')
 WIDTH = 16
 
@@ -111,8 +112,9 @@ class Judge:
 
     def adaptive(self) -> tuple[float, float]:
         """Share of pictures whose error is within NEAR of what is told, and told over true in the mean."""
-        settings = replace(self.asked, adaptive=True, adaptive_min_samples=16, noise_threshold=self.options.threshold)
-        truth = self.whole(self.asked, 4 * self.options.converged, TRUTH).mean(axis=0, dtype=np.float64)
+        threshold = self.options.threshold
+        settings = replace(self.asked, samples=MOST, adaptive=True, adaptive_min_samples=0, noise_threshold=threshold)
+        truth = self.whole(self.asked, MOST, TRUTH).mean(axis=0, dtype=np.float64)
         told, true = [], []
         for seed in self.seeds:
             picture, noise = self.picture(replace(settings, seed=seed))
@@ -152,7 +154,7 @@ def parse(arguments: list[str] | None) -> argparse.Namespace:
     )
     parser.add_argument('--repeat', type=int, default=200, help='seeds of each kind (default: 200)')
     parser.add_argument('--samples', type=int, default=4096, help="that AUTO's pilot is told of (default: 4096)")
-    parser.add_argument('--threshold', type=float, default=0.05, help='of adaptive sampling (default: 0.05)')
+    parser.add_argument('--threshold', type=float, default=0.1, help='of adaptive sampling (default: 0.1)')
     parser.add_argument('--converged', type=int, default=64, help='samples of each of four truths (default: 64)')
     parser.add_argument('--threads', type=int, default=os.cpu_count() or 1)
     options = parser.parse_args(arguments)
