@@ -161,12 +161,16 @@ class Trees:
             self.checkpoint()
 
     def has_loop(self, tree: bpy.types.NodeTree) -> bool:
-        if tree not in self._links:
-            self._links[tree], self._loops[tree] = _tree_links(tree)
+        if tree not in self._loops:
+            if _is_loop_free(tree):
+                self._loops[tree] = []
+            else:
+                self._links[tree], self._loops[tree] = _tree_links(tree)
         return bool(self._loops[tree])
 
     def _tree(self, tree: bpy.types.NodeTree) -> dict[bpy.types.NodeSocket, bpy.types.NodeSocket]:
-        self.has_loop(tree)
+        if tree not in self._links:
+            self._links[tree], self._loops[tree] = _tree_links(tree)
         for text in self._loops[tree]:
             self.warn(text)
         return self._links[tree]
@@ -235,6 +239,14 @@ def _passed_on(output: bpy.types.NodeSocket) -> bpy.types.NodeSocket | None:
     if node.mute:
         return next((link.from_socket for link in node.internal_links if link.to_socket == output), None)
     return output
+
+
+def _is_loop_free(tree: bpy.types.NodeTree) -> bool:
+    """Whether it shows at a glance that there is no loop: Blender calls a link of each invalid, but for one of a node
+    to itself."""
+    valid = [False] * len(tree.links)
+    tree.links.foreach_get('is_valid', valid)
+    return all(valid) and not any(link.from_node == link.to_node for link in tree.links)
 
 
 def _tree_links(

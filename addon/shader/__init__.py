@@ -16,7 +16,7 @@ from ..export.nodes import Trees
 # They register their nodes.
 from . import bump, nodes_input, nodes_math, nodes_rays, nodes_sky, nodes_texture  # noqa: F401
 from .closures import CLOSURES, read_closures
-from .feeds import NODES_MAX, Feeds, feeds_of, node_count
+from .feeds import NODES_MAX, Feeds, feeds_of, node_count, plain_feeds
 from .ops import Tables, tables
 from .reader import OCCLUSION_DISTANCE, VALUES, Reader, Scene
 from .support import NEAREST, NOT_SUPPORTED, STRUCTURE
@@ -40,11 +40,13 @@ def shaders_of(
     if tree is None:
         _plain(builder, owner, kind)
         return builder.draft(owner.name)
-    if node_count(tree) > NODES_MAX:
-        warn(f'it has more than {NODES_MAX:,} nodes, those of groups in groups counted: it is not read')
-        _plain(builder, owner, kind)
-        return builder.draft(owner.name)
-    feeds = feeds_of(owner, tree, trees)
+    feeds = plain_feeds(tree, PLAIN)
+    if feeds is None:
+        if node_count(tree) > NODES_MAX:
+            warn(f'it has more than {NODES_MAX:,} nodes, those of groups in groups counted: it is not read')
+            _plain(builder, owner, kind)
+            return builder.draft(owner.name)
+        feeds = feeds_of(owner, tree, trees)
     reader = Reader(feeds, builder, scene, kind, warn)
     if feeds.output is not None:
         _read_output(reader, owner, warn)
@@ -55,6 +57,12 @@ def occlusion_distance(scene: bpy.types.Scene) -> float:
     """Metres that Ambient Occlusion nodes see whose own distance is 0."""
     return OCCLUSION_DISTANCE if scene.world is None else scene.world.light_settings.distance
 
+
+# Nodes that Blender's inliner takes as they are: those that are read here, without groups and constants.
+PLAIN = frozenset((*VALUES, *CLOSURES, *STRUCTURE, 'NodeFrame')) - {
+    *('FunctionNodeInputBool', 'FunctionNodeInputInt', 'FunctionNodeInputVector'),
+    *('ShaderNodeGroup', 'ShaderNodeRGB', 'ShaderNodeValue'),
+}
 
 KINDS = {'Material': 'material', 'World': 'world', 'Light': 'light'}
 
@@ -85,7 +93,7 @@ def _read_output(reader: Reader, owner: bpy.types.ID, warn: Callable[[str], None
     if 'Surface' in sockets:
         read_closures(reader, sockets['Surface'])
     for node in reader.feeds.tree.nodes:
-        if node.bl_idname == 'ShaderNodeOutputAOV' and node.aov_name:
+        if isinstance(node, bpy.types.ShaderNodeOutputAOV) and node.aov_name:
             warn(f'node "{reader.feeds.name(node)}": passes of shaders are not supported yet: left out')
 
 

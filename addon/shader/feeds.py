@@ -1,18 +1,21 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What feeds an input of a node tree: in the tree that Blender inlines for engines, or in the tree as it was drawn.
 
-Blender 5 resolves groups, zones, menus and whatever else only hands on; elsewhere export/nodes.py does.
+Blender 5 resolves groups, zones, menus and whatever else only hands on; elsewhere export/nodes.py does. Trees in which
+nothing is to be resolved are read as they are.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from collections.abc import Container
+from dataclasses import dataclass
 from typing import NamedTuple, Protocol
 
 import bpy
 
 from .. import compat
-from ..export.nodes import Constant, Context, Input, Source, Trees, output_node, source
+from ..export.nodes import FOLDED, Constant, Context, Input, Source, Trees, output_node, source
+from .layout import layout, socket_type
 
 Contexts = tuple[Context, ...]
 
@@ -41,24 +44,32 @@ class Feeds(Protocol):
     def name(self, node: bpy.types.Node) -> str: ...
 
 
-@dataclass(slots=True)
-class InlinedFeeds:
-    """A tree without groups and muted nodes, as `inline_shader_nodes()` gives it; `owner` keeps it alive."""
+def _fed(node: bpy.types.Node, output: bpy.types.NodeSocket) -> Fed:
+    return Fed(node, output, (), (socket_type(output),))
 
-    owner: object
+
+@dataclass(slots=True)
+class DirectFeeds:
+    """A tree without groups and muted nodes, where each link ends at what it feeds.
+
+    links:     what feeds an input.
+    numbered:  whether Blender put a number before each name, as `inline_shader_nodes()` does.
+    owner:     keeps the tree alive.
+    """
+
     tree: bpy.types.NodeTree
     output: bpy.types.Node
-    _links: dict[bpy.types.NodeSocket, Fed] = field(init=False)
-
-    def __post_init__(self) -> None:
-        links = [(link.to_socket, link.from_node, link.from_socket) for link in self.tree.links if link.is_valid]
-        self._links = {end: Fed(node, output, (), (output.type,)) for end, node, output in links}
+    links: dict[bpy.types.NodeSocket, Fed]
+    numbered: bool = False
+    owner: object = None
 
     def feeding(self, socket: bpy.types.NodeSocket, contexts: Contexts) -> Fed | None:
-        return self._links.get(socket)
+        return self.links.get(socket)
 
     def name(self, node: bpy.types.Node) -> str:
-        """The name that the user gave it, without the number that Blender puts before it."""
+        """The name that the user gave it."""
+        if not self.numbered:
+            return node.name
         number, bar, name = node.name.partition('_')
         return name if bar and number.isdecimal() else node.name
 
@@ -117,6 +128,44 @@ def _trees_within(tree: bpy.types.NodeTree, trees: Trees) -> dict[bpy.types.Node
     return met
 
 
+def plain_feeds(tree: bpy.types.NodeTree, kinds: Container[str]) -> DirectFeeds | None:
+    """A tree that Blender would inline to itself, as it is; None for all others.
+
+    Its nodes are of these kinds, none is muted, none is a constant or computed from nothing but constants, and all its
+    links are in use, without a loop. Most trees are such, and inlining them costs as much as reading them.
+    """
+    nodes = tree.nodes.values()
+    layouts = {kind: layout(node) for kind, node in {type(node): node for node in nodes}.items()}
+    if len(nodes) > NODES_MAX or not all(each.kind in kinds for each in layouts.values()):
+        return None
+    if any(_flags(tree.nodes, 'mute')):
+        return None
+    if any(_flags(tree.links, 'is_muted')) or not all(_flags(tree.links, 'is_valid')):
+        return None  # of each loop Blender calls a link invalid, but for that of a node to itself
+    links = {}
+    fed = set()
+    for link in tree.links.values():
+        start, end = link.from_node, link.to_node
+        if start == end:
+            return None
+        fed.add(end)
+        links[link.to_socket] = _fed(start, link.from_socket)
+    folded = {kind for kind, each in layouts.items() if each.type in FOLDED}
+    if any(type(node) in folded and node not in fed for node in nodes):
+        return None
+    outputs = {kind for kind, each in layouts.items() if each.type.startswith('OUTPUT_')}
+    output = output_node(tree)
+    if output is None or sum(type(node) in outputs for node in nodes) != 1:
+        return None
+    return DirectFeeds(tree, output, links)
+
+
+def _flags(collection: bpy.types.bpy_prop_collection, name: str) -> list[bool]:
+    flags = [False] * len(collection)
+    collection.foreach_get(name, flags)
+    return flags
+
+
 def feeds_of(owner: bpy.types.ID, tree: bpy.types.NodeTree, trees: Trees) -> Feeds:
     """The tree of a material, world or light, inlined where this Blender can do so.
 
@@ -128,5 +177,7 @@ def feeds_of(owner: bpy.types.ID, tree: bpy.types.NodeTree, trees: Trees) -> Fee
     if inlined is not None:
         output = output_node(inlined.node_tree)
         if output is not None:
-            return InlinedFeeds(inlined, inlined.node_tree, output)
+            valid = (link for link in inlined.node_tree.links if link.is_valid)
+            links = {link.to_socket: _fed(link.from_node, link.from_socket) for link in valid}
+            return DirectFeeds(inlined.node_tree, output, links, True, inlined)
     return DrawnFeeds(trees, tree, output_node(tree))

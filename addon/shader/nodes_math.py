@@ -6,8 +6,6 @@ What they compute is in the kernels, with Blender's numbers of operations as mod
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 from . import tables
 from .reader import Node, UnreadError, value
 from .tree import Ref
@@ -19,25 +17,21 @@ INVERT_ROTATION = 1 << 8
 FLOAT_OPERATIONS = frozenset(('DOT_PRODUCT', 'DISTANCE', 'LENGTH'))
 
 
-def _in_use(node: Node, name: str, read: Callable[[str], Ref]) -> Ref:
-    """An input, or 0 where the node's mode hides it."""
-    return read(name) if node.has(name) else node.constant(0.0)
-
-
 # ---- Numbers and vectors.
 
 
 @value('ShaderNodeMath')
 def _math(node: Node, output: str) -> Ref:
     mode = node.enum('operation') | (CLAMP_MATH if node.node.use_clamp else 0)
-    return node.emit('math', *(_in_use(node, name, node.f) for name in ('Value', 'Value_001', 'Value_002')), mode=mode)
+    used = node.used
+    return node.emit('math', used('Value'), used('Value_001'), used('Value_002'), mode=mode)
 
 
 @value('ShaderNodeVectorMath')
 def _vector_math(node: Node, output: str) -> Ref:
-    vectors = [_in_use(node, name, node.v) for name in ('Vector', 'Vector_001', 'Vector_002')]
+    vectors = [node.used(name, True) for name in ('Vector', 'Vector_001', 'Vector_002')]
     op = 'vector_math_f' if node.node.operation in FLOAT_OPERATIONS else 'vector_math_v'
-    return node.emit(op, *vectors, _in_use(node, 'Scale', node.f), mode=node.enum('operation'))
+    return node.emit(op, *vectors, node.used('Scale'), mode=node.enum('operation'))
 
 
 @value('ShaderNodeClamp')
@@ -50,8 +44,8 @@ def _map_range(node: Node, output: str) -> Ref:
     mode = node.enum('interpolation_type') | (CLAMP_RANGE if node.node.clamp else 0)
     names = ('From Min', 'From Max', 'To Min', 'To Max', 'Steps')
     if node.node.data_type == 'FLOAT':
-        return node.emit('map_range_f', node.f('Value'), *(_in_use(node, name, node.f) for name in names), mode=mode)
-    found = [_in_use(node, f'{name.replace(" ", "_")}_FLOAT3', node.v) for name in names]
+        return node.emit('map_range_f', node.f('Value'), *(node.used(name) for name in names), mode=mode)
+    found = [node.used(f'{name.replace(" ", "_")}_FLOAT3', True) for name in names]
     return node.emit('map_range_v', node.v('Vector'), *found, mode=mode)
 
 
@@ -81,7 +75,7 @@ def _mix_rgb(node: Node, output: str) -> Ref:
 def _mapping(node: Node, output: str) -> Ref:
     scale, rotation = node.v('Scale'), node.v('Rotation')
     # Directions have no location.
-    location = _in_use(node, 'Location', node.v)
+    location = node.used('Location', True)
     return node.emit('mapping', node.v('Vector'), location, rotation, scale, mode=node.enum('vector_type'))
 
 
@@ -89,8 +83,8 @@ def _mapping(node: Node, output: str) -> Ref:
 def _rotate(node: Node, output: str) -> Ref:
     mode = node.enum('rotation_type') | (INVERT_ROTATION if node.node.invert else 0)
     vector, center = node.v('Vector'), node.v('Center')
-    axis, rotation = _in_use(node, 'Axis', node.v), _in_use(node, 'Rotation', node.v)
-    return node.emit('vector_rotate', vector, center, axis, _in_use(node, 'Angle', node.f), rotation, mode=mode)
+    axis, rotation = node.used('Axis', True), node.used('Rotation', True)
+    return node.emit('vector_rotate', vector, center, axis, node.used('Angle'), rotation, mode=mode)
 
 
 @value('ShaderNodeVectorTransform')

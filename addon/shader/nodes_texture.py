@@ -78,7 +78,7 @@ def _mapped(node: Node, vector: Ref) -> Ref:
 def _own_mapping(node: Node) -> np.ndarray | None:
     """The matrix of the node's own mapping, None where it changes nothing."""
     own = node.node.texture_mapping
-    location, rotation, scale = tuple(own.translation), tuple(own.rotation), tuple(own.scale)
+    location, rotation, scale = own.translation[:], own.rotation[:], own.scale[:]
     axes = (own.mapping_x, own.mapping_y, own.mapping_z)
     if location == (0.0, 0.0, 0.0) == rotation and scale == (1.0, 1.0, 1.0) and axes == ('X', 'Y', 'Z'):
         return None
@@ -123,9 +123,9 @@ def _noise(node: Node, output: str) -> Ref:
     own = node.node
     mode = node.enum('noise_dimensions') - 1 | NOISE_TYPES.index(own.noise_type) << 2 | own.normalize << 5
     names = ('Scale', 'Detail', 'Roughness', 'Lacunarity', 'Offset', 'Gain', 'Distortion')
-    numbers = [_in_use(node, name) for name in names]
+    numbers = [*map(node.used, names)]
     op = 'noise_v' if output == 'Color' else 'noise_f'
-    return node.emit(op, _space(node), _in_use(node, 'W'), *numbers, mode=mode)
+    return node.emit(op, _space(node), node.used('W'), *numbers, mode=mode)
 
 
 VORONOI_OUTPUTS = {'Distance': 0, 'W': 1, 'Radius': 2, 'Color': 0, 'Position': 1}
@@ -137,21 +137,16 @@ def _voronoi(node: Node, output: str) -> Ref:
     mode = node.enum('voronoi_dimensions') - 1 | node.enum('feature') << 2 | node.enum('distance') << 5
     mode |= VORONOI_OUTPUTS[output] << 8 | own.normalize << 11
     names = ('Scale', 'Detail', 'Roughness', 'Lacunarity', 'Smoothness', 'Exponent', 'Randomness')
-    numbers = [_in_use(node, name) for name in names]
+    numbers = [*map(node.used, names)]
     op = 'voronoi_v' if output in ('Color', 'Position') else 'voronoi_f'
-    return node.emit(op, _space(node), _in_use(node, 'W'), *numbers, mode=mode)
+    return node.emit(op, _space(node), node.used('W'), *numbers, mode=mode)
 
 
 @value('ShaderNodeTexWhiteNoise')
 def _white_noise(node: Node, output: str) -> Ref:
     op = 'white_noise_v' if output == 'Color' else 'white_noise_f'
-    vector = node.v('Vector') if node.has('Vector') else node.constant(0.0)
-    return node.emit(op, vector, _in_use(node, 'W'), mode=node.enum('noise_dimensions') - 1)
-
-
-def _in_use(node: Node, name: str) -> Ref:
-    """A number, or 0 where the node's mode hides it."""
-    return node.f(name) if node.has(name) else node.constant(0.0)
+    vector = node.used('Vector', True)
+    return node.emit(op, vector, node.used('W'), mode=node.enum('noise_dimensions') - 1)
 
 
 def _space(node: Node) -> Ref:
@@ -206,8 +201,8 @@ GABOR_OUTPUTS = ('Value', 'Phase', 'Intensity')
 @value('ShaderNodeTexGabor')
 def _gabor(node: Node, output: str) -> Ref:
     mode = node.enum('gabor_type') | GABOR_OUTPUTS.index(output) << 1
-    numbers = [node.f('Scale'), node.f('Frequency'), node.f('Anisotropy'), _in_use(node, 'Orientation 2D')]
-    direction = node.v('Orientation 3D') if node.has('Orientation 3D') else node.constant(0.0)
+    numbers = [node.f('Scale'), node.f('Frequency'), node.f('Anisotropy'), node.used('Orientation 2D')]
+    direction = node.used('Orientation 3D', True)
     return node.emit('gabor_f', coordinates(node), *numbers, direction, mode=mode)
 
 

@@ -17,6 +17,7 @@ from ..export.bounds import LARGEST
 from ..export.images import ImageTable
 from ..export.sockets import LUMINANCE
 from .feeds import Constant, Contexts, Fed, Feeds
+from .layout import inputs, layout, socket_type
 from .support import NEAREST, NOT_SUPPORTED
 from .tree import SHIFT_BIT, Builder, Ref, Triple, finite
 
@@ -55,7 +56,8 @@ class Scene:
     occlusion_distance: float = OCCLUSION_DISTANCE
 
 
-UNKNOWN = object()  # of an output that was not read yet
+UNKNOWN = -(1 << 62)  # of an output that was not read yet
+ACTIVE = UNKNOWN + 1  # of one that is being read: it leads back to itself
 
 Evaluate = Callable[['Node', str], Ref]
 VALUES: dict[str, Evaluate] = {}
@@ -87,8 +89,6 @@ class Reader:
     warn: Callable[[str], None]
     normal: Ref | None = None
     _memo: dict[tuple, Ref | None] = field(default_factory=dict)
-    _active: set[tuple] = field(default_factory=set)
-    _nodes: dict[tuple, Node] = field(default_factory=dict)
     _inputs: dict[bpy.types.Node, tuple[str, str, dict[str, bpy.types.NodeSocket]]] = field(default_factory=dict)
     mappings: dict[bpy.types.Node, object] = field(default_factory=dict)  # of textures themselves, once a node
     _depth: int = 0
@@ -97,16 +97,11 @@ class Reader:
         """Type, name and inputs of a node, which are read once however often it is evaluated."""
         found = self._inputs.get(node)
         if found is None:
-            sockets = {socket.identifier: socket for socket in node.inputs}
-            found = self._inputs[node] = node.bl_idname, self.feeds.name(node), sockets
+            found = self._inputs[node] = layout(node).kind, self.feeds.name(node), inputs(node)
         return found
 
     def node(self, node: bpy.types.Node, contexts: Contexts, shift: Shift = HERE) -> Node:
-        key = (node, contexts, shift)
-        found = self._nodes.get(key)
-        if found is None:
-            found = self._nodes[key] = Node(self, node, contexts, shift)
-        return found
+        return Node(self, node, contexts, shift)
 
     def value(self, socket: bpy.types.NodeSocket, contexts: Contexts, shift: Shift, vector: bool) -> Ref:
         """The value of an input, as three numbers if `vector`, else as one."""
@@ -117,21 +112,22 @@ class Reader:
         own = getattr(socket, 'default_value', 0.0)
         if type(own) is float and -LARGEST <= own <= LARGEST:  # the most frequent kind: a number as it should be
             return self.builder.constant(own)
-        return self.typed(own, socket.type, vector, socket)
+        return self.typed(own, socket_type(socket), vector, socket)
 
     def arriving(self, socket: bpy.types.NodeSocket, contexts: Contexts, shift: Shift, vector: bool) -> Ref | None:
         """As `value`; None where an input's own value counts."""
         fed = self.feeds.feeding(socket, contexts)
         if fed is None:
             return None
-        kind = socket.type
+        kind = socket_type(socket)
         if isinstance(fed, Constant):
             return self.typed(fed.value, kind, vector, socket)
         ref = self.output(fed, shift)
-        if ref is None:
-            return None
+        wanted = 'VECTOR' if vector else 'VALUE'
+        if ref is None or fed.types == (kind,) == (wanted,):
+            return ref
         at = fed.types[0]
-        for into in (*fed.types[1:], kind, 'VECTOR' if vector else 'VALUE'):
+        for into in (*fed.types[1:], kind, wanted):
             if into != at:
                 ref, at = self.converted(ref, at, into), into
         return ref
@@ -159,11 +155,11 @@ class Reader:
         """The value of an output; None where the node cannot be read, which is named."""
         key = (fed.socket, fed.contexts, shift)
         known = self._memo.get(key, UNKNOWN)
-        if known is not UNKNOWN:
-            return known
-        if key in self._active:
+        if known == ACTIVE:
             self.warn(f'node "{self.feeds.name(fed.node)}" is part of a loop: its link is left out')
             return None
+        if known != UNKNOWN:
+            return known
         if self._depth == DEPTH_MAX:
             depth, self._depth = self._depth, 0
             self._read_ahead(fed, shift)
@@ -176,9 +172,9 @@ class Reader:
         self._memo.clear()
 
     def _evaluate(self, fed: Fed, shift: Shift, key: tuple) -> Ref | None:
-        node = self.node(fed.node, fed.contexts, shift)
+        node = Node(self, fed.node, fed.contexts, shift)
         label, self.builder.label = self.builder.label, node.label
-        self._active.add(key)
+        self._memo[key] = ACTIVE
         self._depth += 1
         try:
             evaluate = VALUES.get(node.kind)
@@ -191,7 +187,6 @@ class Reader:
             ref = None
         finally:
             self._depth -= 1
-            self._active.discard(key)
             self.builder.label = label
         self._memo[key] = ref
         return ref
@@ -207,7 +202,7 @@ class Reader:
                 if key not in self._memo:
                     self._evaluate(fed, at, key)
                 continue
-            if key in met or key in self._memo or key in self._active:
+            if key in met or key in self._memo:
                 continue
             met.add(key)
             waiting.append((fed, at, True))
@@ -275,6 +270,13 @@ class Node:
     def has(self, name: str) -> bool:
         """Whether the node has this input, and it is in use."""
         return name in self.sockets and self.sockets[name].enabled
+
+    def used(self, name: str, vector: bool = False) -> Ref:
+        """An input as one number or as a vector; 0 where the node's mode hides it."""
+        socket = self.sockets.get(name)
+        if socket is None or not socket.enabled:
+            return self.builder.constant(0.0)
+        return self.reader.value(socket, self.contexts, self.shift, vector)
 
     def is_fed(self, name: str) -> bool:
         socket = self.sockets[name]
