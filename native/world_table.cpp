@@ -7,6 +7,7 @@
 #include <atomic>
 #include <cmath>
 #include <numbers>
+#include <optional>
 #include <span>
 #include <thread>
 
@@ -16,6 +17,8 @@
 #include "cpu_program.h"
 #include "cumulate.h"
 #include "memory.h"
+#include "program_steps.h"
+#include "program_walk.h"
 
 namespace cotorra {
 namespace {
@@ -24,6 +27,10 @@ constexpr uint kUsualWidth = 1024;   // where no image tells: Cycles' default
 constexpr uint kLeastWidth = 256;    // an image of few texels may stand beside what is finer
 constexpr uint kLargestWidth = 4096;
 constexpr uint kSpread = 2;          // points of a cell in each direction where no image tells how fine the world is
+// Steps of the world's program for a whole table: of the usual size, where a point takes 512. What costs more has a
+// coarser table, down to this width: any table is right, and a path that meets such a world costs as much again.
+constexpr double kMostSteps = 1024.0 * 512.0 * (kSpread * kSpread) * 512.0;
+constexpr uint kCoarsestWidth = 64;
 // Worlds whose brightness above the mean is a smaller share of all of it light surfaces well enough by bounces alone.
 constexpr double kLeastShare = 0.05;
 // Between these is the share of samples that go to a sun.
@@ -170,32 +177,46 @@ double light_of_sun(const SceneData &scene, uint registers, uint kind, const Wor
 
 }  // namespace
 
+// As many points as the program may be run for: first fewer of each cell, then fewer cells, where the user chose none.
+static WorldTableSize afforded(const SceneData &scene, WorldTableSize size, bool chosen) {
+  const double steps = program_steps(scene, scene.world_program, scene.world_constants);
+  const auto too_many = [&] {
+    return steps * static_cast<double>(size.width * size.height) * static_cast<double>(size.spread * size.spread) >
+           kMostSteps;
+  };
+  while (size.spread > 1 && too_many()) --size.spread;
+  while (!chosen && size.width >= 2 * kCoarsestWidth && too_many()) {
+    size.width /= 2;
+    size.height /= 2;
+  }
+  return size;
+}
+
 WorldTableSize world_table_size(const SceneData &scene, uint resolution) {
   if (resolution > 0) {
     const uint width = std::clamp(resolution, 4u, kLargestWidth);
-    return {width, width / 2, kSpread};
+    return afforded(scene, {width, width / 2, kSpread}, true);
   }
   uint width = 0, height = 0;
-  const ProgramPart part = scene.world_program;
-  for (uint word = part.first; word < part.end;) {
-    const uint head = scene.program_code.v[word];
-    const uint image = scene.program_code.v[word + 3];  // behind the direction
-    if ((head & PROGRAM_OP_MASK) == OP_ENVIRONMENT_V && (image & REFERENCE_CONSTANT) != 0) {
-      const float number = scene.program_constants.v[scene.world_constants + (image & REFERENCE_MASK)];
-      const Texture &texture = scene.textures.v[static_cast<uint>(number)];
-      width = std::max(width, texture.width);
-      height = std::max(height, texture.height);
-    }
-    word += 2 + ((head >> PROGRAM_COUNT_SHIFT) & PROGRAM_COUNT_MASK);
-  }
-  if (width == 0) return {kUsualWidth, kUsualWidth / 2, kSpread};
+  each_instruction(scene, scene.world_program, scene.world_constants, [&](const ProgramInstruction &in) {
+    const std::optional<float> image = in.op == OP_ENVIRONMENT_V ? in.argument(1) : std::nullopt;
+    if (!image) return;
+    const Texture &texture = scene.textures.v[static_cast<uint>(*image)];
+    width = std::max(width, texture.width);
+    height = std::max(height, texture.height);
+  });
+  if (width == 0) return afforded(scene, {kUsualWidth, kUsualWidth / 2, kSpread}, false);
   width = std::max(width, kLeastWidth);
   height = std::max(height, kLeastWidth / 2);
   const uint spread = (std::max(width, 2 * height) + kLargestWidth - 1) / kLargestWidth;
-  return {width / spread, height / spread, spread};
+  return afforded(scene, {width / spread, height / spread, spread}, false);
 }
 
 uint world_same_kinds(const SceneData &scene, uint registers, uint kinds) {
+  bool asks = false;  // what kind of ray it is
+  each_instruction(scene, scene.world_program, scene.world_constants,
+                   [&](const ProgramInstruction &in) { asks |= in.op == OP_LIGHT_PATH; });
+  if (!asks) return kinds & (VISIBLE_DIFFUSE | VISIBLE_GLOSSY | VISIBLE_TRANSMISSION);
   constexpr uint kWidth = 64, kHeight = 32;
   const uint first = first_kind(kinds);
   uint same = first & kinds;

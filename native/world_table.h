@@ -29,7 +29,7 @@ struct WorldTableSize {
 };
 
 // The size of a table: `resolution` cells around, where that is not 0, or as many as the largest environment image in
-// the world's program has texels, within bounds.
+// the world's program has texels, within bounds. Programs that take much work are run for fewer points.
 WorldTableSize world_table_size(const SceneData &scene, uint resolution);
 
 // The kinds of rays (VISIBLE_*, of those in `kinds`) to which the world looks as it does to diffuse ones, or to the
