@@ -290,6 +290,8 @@ nb::dict scene_stats(const SceneHandle &handle) {
   d["coplanar_meshes"] = s.coplanar_meshes;
   d["light_bytes"] = s.light_bytes;
   d["light_tree_seconds"] = s.light_tree_seconds;
+  d["world_width"] = scene.data().world_width;
+  d["world_taken_over"] = s.world_taken_over;
   return d;
 }
 

@@ -150,7 +150,7 @@ void Scene::prepare(SceneInput &input, const Scene *previous) {
   data_.instance_count = static_cast<uint>(instances_.size());
   data_.material_count = static_cast<uint>(materials_.size());
   estimate_emission(input.materials);
-  prepare_world(input);
+  prepare_world(input, previous);
   estimate_lights();
   prepare_links(input.linking, input.lights.type.size());
   prepare_emitters();
@@ -161,7 +161,7 @@ void Scene::prepare(SceneInput &input, const Scene *previous) {
   stats_.bytes = instances_.size() * sizeof(Instance) + materials_.size() * sizeof(Material) +
                  models_.size() * sizeof(MaterialModel) + classic_.size() * sizeof(ClassicMaterial) +
                  emitters_.size() * sizeof(Emitter) + light_tree_.bytes() + material_slots_.size() * sizeof(uint) +
-                 textures_.bytes() + world_table_.cumulated.size() * sizeof(float);
+                 textures_.bytes() + world_table().size() * sizeof(float);
   stats_.light_bytes = lights_.size() * sizeof(Light) + emitters_.size() * sizeof(Emitter) + light_tree_.bytes();
   stats_.images = textures_.images.size();
   stats_.image_bytes = textures_.image_bytes;

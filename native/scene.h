@@ -128,6 +128,7 @@ struct SceneStats {
   std::uint64_t image_bytes = 0;       // of pixels
   std::uint64_t light_bytes = 0;       // of lamps, emitting triangles and the tree over them
   double light_tree_seconds = 0.0;
+  bool world_taken_over = false;       // how it is sampled, from the previous scene
   std::uint64_t bytes = 0;             // everything the scene holds, the BVH and images included
 };
 
@@ -228,7 +229,9 @@ class Scene {
   const CompiledShader &shader(std::size_t index) const { return compiled_.at(index); }
   // What a material is made of, where that is constant. Throws std::out_of_range.
   const CompiledShader &compiled(std::size_t material) const;
-  std::span<const float> world_table() const { return world_table_.cumulated; }
+  std::span<const float> world_table() const {
+    return world_ != nullptr ? std::span<const float>(world_->table.cumulated) : std::span<const float>();
+  }
   const LightTree &light_tree() const { return light_tree_; }
   std::span<const LightLink> light_links() const { return light_links_; }
   std::span<const uvec2> light_node_sets() const { return light_node_sets_; }
@@ -259,7 +262,9 @@ class Scene {
   void prepare_lights(const LightsInput &input);
   void prepare_links(const LinkingInput &input, std::size_t lights);  // after lamps and instances
   void gather_node_sets();                                             // after the light tree
-  void prepare_world(const SceneInput &input);        // after the programs and images
+  void prepare_world(const SceneInput &input, const Scene *previous);  // after the programs and images
+  // Of a world that varies, to the kinds of rays in `lit`.
+  std::shared_ptr<const SampledWorld> sampled_world(const SceneInput &input, uint lit, const Scene *previous) const;
   LightProgram program_light(const LightsInput &input, std::size_t index, Light &light) const;
   // How bright lamps are whose emission varies, where all else of the scene is known.
   void estimate_lights();
@@ -313,7 +318,7 @@ class Scene {
   std::vector<LightLink> light_links_;  // of lamps, then of instances; empty where nothing is linked
   std::vector<uvec2> light_node_sets_;
   std::vector<uint> instance_order_;    // place of each instance in the exporter's list
-  WorldTable world_table_;
+  std::shared_ptr<const SampledWorld> world_;  // null where it does not vary
   SceneData data_{};
   SceneStats stats_;
   uint features_ = 0;

@@ -142,8 +142,24 @@ void Scene::prepare_links(const LinkingInput &in, std::size_t lights) {
   features_ |= FEATURE_LIGHT_LINKING;
 }
 
+// How the world is sampled: as in the previous scene, where it is the same there.
+std::shared_ptr<const SampledWorld> Scene::sampled_world(const SceneInput &in, uint lit, const Scene *previous) const {
+  const ShaderInput &shader = in.programs.shaders[static_cast<std::size_t>(in.world_shader)];
+  SampledWorld found;
+  found.source = world_source(shader, in.programs.images, lit, in.world_resolution, in.world_sun);
+  const std::shared_ptr<const SampledWorld> known = previous != nullptr ? previous->world_ : nullptr;
+  if (known != nullptr && found.source && known->source == found.source) return known;
+  const uint registers = library_of_programs_.registers;
+  found.kinds = world_same_kinds(data_, registers, lit);
+  if (found.kinds != 0 && in.world_resolution >= 0) {
+    const WorldTableSize size = world_table_size(data_, static_cast<uint>(in.world_resolution));
+    found.table = make_world_table(data_, registers, found.kinds, size, in.world_sun);
+  }
+  return std::make_shared<const SampledWorld>(std::move(found));
+}
+
 // The world's light, and the table by which it is sampled.
-void Scene::prepare_world(const SceneInput &in) {
+void Scene::prepare_world(const SceneInput &in, const Scene *previous) {
   bool varies = false;
   data_.world = in.world * emission_of(in.world_shader, varies);
   data_.world_visibility = in.world_visibility;
@@ -156,20 +172,17 @@ void Scene::prepare_world(const SceneInput &in) {
   data_.world_constants = shader.program.constants;
   features_ |= FEATURE_PROGRAMS;
   // Where kinds of rays see different worlds, one is sampled, and the others' rays find theirs.
-  const uint registers = library_of_programs_.registers;
   const uint lit = in.world_visibility & (VISIBLE_DIFFUSE | VISIBLE_GLOSSY | VISIBLE_TRANSMISSION);
-  const uint kinds = world_same_kinds(data_, registers, lit);
-  data_.world_sampled &= ~(lit & ~kinds);
-  if (kinds == 0 || in.world_resolution < 0) return;
-  const WorldTableSize size = world_table_size(data_, static_cast<uint>(in.world_resolution));
-  world_table_ = make_world_table(data_, registers, kinds, size, in.world_sun);
-  if (world_table_.width == 0) return;
-  data_.world_table = {world_table_.cumulated.data()};
-  data_.world_width = world_table_.width;
-  data_.world_height = world_table_.height;
+  world_ = sampled_world(in, lit, previous);
+  stats_.world_taken_over = previous != nullptr && previous->world_ == world_;
+  data_.world_sampled &= ~(lit & ~world_->kinds);
+  if (world_->table.width == 0) return;
+  data_.world_table = {world_->table.cumulated.data()};
+  data_.world_width = world_->table.width;
+  data_.world_height = world_->table.height;
   data_.world_sun = in.world_sun.direction;
   data_.world_sun_cap = in.world_sun.cap;
-  data_.world_sun_share = world_table_.sun_share;
+  data_.world_sun_share = world_->table.sun_share;
   features_ |= FEATURE_WORLD_LIGHT | FEATURE_BSDF_RAYS;
 }
 

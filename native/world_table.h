@@ -3,9 +3,14 @@
 // What the world's program computes is told in kernels/program/; it is run here, and not understood.
 #pragma once
 
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <span>
 #include <vector>
 
 #include "../kernels/scene_types.h"
+#include "images.h"
 
 namespace cotorra {
 
@@ -26,6 +31,23 @@ struct WorldSun {
 struct WorldTableSize {
   uint width, height;  // cells
   uint spread;         // points of a cell in each direction, of which it has the mean
+};
+
+// All that a table is made from; nullopt where its program asks for more of the scene.
+struct WorldSource {
+  std::vector<std::uint32_t> words;  // the shader as it was read, the kinds of rays that it lights, the size, the sun
+  // Of each image its memory, width, height, channels, format and colour space, as long as its owner lives.
+  std::vector<std::array<std::uintptr_t, 6>> images;
+  bool operator==(const WorldSource &) const = default;
+};
+std::optional<WorldSource> world_source(const ShaderInput &shader, std::span<const ImageInput> images, uint kinds,
+                                        int resolution, const WorldSun &sun);
+
+// How the world is sampled, which the next scene takes over where its world has the same source.
+struct SampledWorld {
+  std::optional<WorldSource> source;
+  uint kinds = 0;  // world_same_kinds
+  WorldTable table;
 };
 
 // The size of a table: `resolution` cells around, where that is not 0, or as many as the largest environment image in
