@@ -14,6 +14,7 @@
 #include <thread>
 #include <vector>
 
+#include "camera_view.h"
 #include "cpu_kernel.h"
 #include "device.h"
 #include "film.h"
@@ -21,17 +22,6 @@
 #include "scene.h"
 
 namespace cotorra {
-
-struct CameraInput {  // addon/export/buffers.py, Camera
-  bool orthographic = false;
-  std::array<float, 12> transform{};  // rows
-  std::array<float, 4> window{};      // left, right, bottom, top
-  std::array<float, 2> clip{};
-  std::array<int, 2> resolution{};
-  std::array<int, 4> region{};        // x0, y0, width, height
-  std::string filter = "BLACKMAN_HARRIS";
-  float filter_width = 1.5f;
-};
 
 struct SettingsInput {  // addon/export/buffers.py, RenderSettings
   std::string integrator = "DIRECT";
