@@ -34,7 +34,7 @@ add_custom_target(
 nanobind_add_module(
   cotorra_native STABLE_ABI NB_STATIC NOMINSIZE
   native/module.cpp native/python_models.cpp native/python_programs.cpp native/python_explain.cpp native/laboratory.cpp
-  native/python_sky.cpp native/python_geometry.cpp)
+  native/python_sky.cpp native/python_geometry.cpp native/python_inputs.cpp)
 target_include_directories(cotorra_native PRIVATE ${COTORRA_CORE_FOLDER}/native/tools/generated)
 target_compile_definitions(cotorra_native PRIVATE COTORRA_VERSION="${SKBUILD_PROJECT_VERSION}")
 find_package(Threads REQUIRED)
