@@ -19,6 +19,7 @@ constexpr std::uint32_t KERNEL_FEATURES = COTORRA_KERNEL_FEATURES;
 #include "cpu_lane.h"
 #include "cpu_occlusion.h"
 #include "cpu_passes.h"
+#include "cpu_shadows.h"
 #include "cpu_staged.h"
 #include "cpu_surface.h"
 #include "cpu_toon.h"
@@ -214,12 +215,12 @@ class Renderer {
     for (uint l = 0; all && l < scene_.light_count; ++l) sample_light(l, lanes, bounce);
     if (FEATURE(FEATURE_LIGHT_TREE) && (all ? scene_.emitter_count : scene_.tree_picks) > 0) {
       // Rays of a packet go to different lights.
-      flush_shadow(bounce);
+      flush_shadow(tracer_, bounce);
       arguments_.flags = embree::kIncoherent;
       sample_picked_lights(all ? scene_.light_count : 0, bounce == 0 ? scene_.tree_picks : 1, lanes, bounce);
     }
     if (FEATURE(FEATURE_WORLD_LIGHT) && scene_.world_width > 0) sample_world(lanes, bounce);
-    flush_shadow(bounce);
+    flush_shadow(tracer_, bounce);
   }
 
   uint pair_seed(uint bounce, uint pair) const { return sampler_pair_seed(block_seed_, vertex_pair(bounce, pair)); }
@@ -254,8 +255,8 @@ class Renderer {
         const Surface &s = b_.surface[i];
         origin += surface_smooth_lift(scene_, s.instance, s.triangle, s.u, s.v, s.ng) * b_.light.lift[i];
       }
-      queue_shadow({origin, b_.light.distance[i], b_.light.wi.get(i), light.group, contribution, mask}, i, index,
-                   bounce);
+      queue_shadow(tracer_, {origin, b_.light.distance[i], b_.light.wi.get(i), light.group, contribution, mask}, i,
+                   index, bounce);
     }
   }
 
@@ -264,7 +265,7 @@ class Renderer {
     const bool sent = path_sample_light(scene_, index, b_.path[i], b_.surface[i], b_.shading.bsdf(i),
                                         b_.shading.lobe_of(i), b_.shading.wo.get(i), u, 1.0f, ray);
     if (FEATURE(FEATURE_HEALTH)) note_sample(tracer_, i, ray, index);
-    if (sent) queue_shadow(ray, i, index, bounce);
+    if (sent) queue_shadow(tracer_, ray, i, index, bounce);
   }
 
   // Samples [first, first + picks) of a vertex, whose lights the tree picks.
@@ -290,7 +291,7 @@ class Renderer {
           const bool lamp = (light & LIGHT_CHILD_LAMPS) != 0u;
           note_sample(tracer_, i, ray, lamp ? light & LIGHT_CHILD_INDEX : kNobody);
         }
-        if (sent) queue_shadow(ray, i, k, bounce);
+        if (sent) queue_shadow(tracer_, ray, i, k, bounce);
       }
     }
   }
@@ -302,58 +303,8 @@ class Renderer {
       const bool sent = path_sample_world(scene_, b_.path[i], b_.surface[i], b_.shading.bsdf(i), b_.shading.lobe_of(i),
                                           b_.shading.wo.get(i), vec2(b_.u2[i], b_.v2[i]), ray);
       if (FEATURE(FEATURE_HEALTH)) note_sample(tracer_, i, ray, kNobody);
-      if (sent) queue_shadow(ray, i, LAST_SHARED_PAIR, bounce);
+      if (sent) queue_shadow(tracer_, ray, i, LAST_SHARED_PAIR, bounce);
     }
-  }
-
-  // `slot`: which light sample of the vertex it is.
-  void queue_shadow(const ShadowRay &sent, std::size_t lane, uint slot, uint bounce) {
-    ShadowRay ray = sent;
-    if (data_.integrator.shadow_roulette > 0.0f) {
-      if (!shadow_survives(lane_at(tracer_, lane), slot, b_.weak[lane], ray)) return;
-    }
-    if (ray.visibility == 0u) {
-      arrive(lane_at(tracer_, lane), bounce == 0, ray.contribution, vec3(1.0f), ray.group);
-      return;
-    }
-    const auto k = static_cast<std::size_t>(b_.shadow_count);
-    b_.shadow.org_x[k] = ray.origin.x;
-    b_.shadow.org_y[k] = ray.origin.y;
-    b_.shadow.org_z[k] = ray.origin.z;
-    b_.shadow.dir_x[k] = ray.direction.x;
-    b_.shadow.dir_y[k] = ray.direction.y;
-    b_.shadow.dir_z[k] = ray.direction.z;
-    b_.shadow.tnear[k] = 0.0f;
-    b_.shadow.tfar[k] = ray.t_max;
-    b_.shadow.time[k] = 0.0f;
-    b_.shadow.mask[k] = ray.visibility;
-    set_left(b_.shadow, k, surface_left(scene_, b_.surface[lane], ray.origin, ray.direction));
-    b_.shadow_lane[k] = static_cast<uint>(lane);
-    b_.shadow_contribution[k] = ray.contribution;
-    b_.shadow_group[k] = ray.group;
-    if (FEATURE(FEATURE_TRANSPARENCY)) b_.shadow_paths[k] = &b_.path[lane];
-    if (++b_.shadow_count == kWidth) flush_shadow(bounce);
-  }
-
-  void flush_shadow(uint bounce) {
-    if (b_.shadow_count == 0) return;
-    alignas(64) int valid[kWidth];
-    for (int k = 0; k < kWidth; ++k) valid[k] = k < b_.shadow_count ? -1 : 0;
-    if (b_.recording) b_.recorded.push_back({{b_.shadow, {}}, b_.shadow_count, arguments_.flags, true});
-    embree::Ray<kWidth> asked;
-    if (FEATURE(FEATURE_WHITTED)) asked = b_.shadow;
-    if (FEATURE(FEATURE_TRANSPARENCY)) b_.alpha_context.shadow_paths = b_.shadow_paths;
-    occluded(*job_.rtc, valid, job_.bvh, &b_.shadow, &arguments_);
-    if (FEATURE(FEATURE_WHITTED) && job_.classic.transparent_shadows) {
-      see_through(tracer_, asked, b_.shadow_count, b_.shadow, b_.shadow_contribution.data());
-    }
-    for (std::size_t k = 0; k < static_cast<std::size_t>(b_.shadow_count); ++k) {
-      // Embree sets tfar to -infinity where something is in the way.
-      const vec3 kept = b_.shadow.tfar[k] >= 0.0f ? light_kept(arguments_, k) : vec3(0.0f);
-      arrive(lane_at(tracer_, b_.shadow_lane[k]), bounce == 0, b_.shadow_contribution[k], kept, b_.shadow_group[k]);
-    }
-    counts_.shadow += static_cast<std::uint64_t>(b_.shadow_count);
-    b_.shadow_count = 0;
   }
 
   // ---- Stage 5: the next ray of each path. Returns how many go on.
