@@ -17,6 +17,8 @@ namespace {
 
 constexpr std::size_t kMostTriangles = 4'000'000;  // as seen, instances counted: beyond, all meshes are taken for such
 constexpr std::size_t kMostInCell = 64;  // triangles of one plane that are compared two by two
+// Opaque scenes are not to wait for what few of them have: 81,000 in one plane took 0.3 s, on a busy machine.
+constexpr std::size_t kMostOpaqueTriangles = 100'000;
 constexpr float kNormalCell = 1.0f / 256.0f;
 // Rays start within 4.8e-7 of the largest coordinate from their surface (surface_shape); planes within eight times that
 // are one.
@@ -77,13 +79,17 @@ std::uint64_t cell(const Triangle &t, vec3 center, float distance_cell, float gr
   return h | 1u;
 }
 
+// Seen along the largest component of the normal n.
+vec2 seen_flat(vec3 p, vec3 n) {
+  const vec3 m = abs(n);
+  if (m.x >= m.y && m.x >= m.z) return vec2(p.y, p.z);
+  return m.y >= m.z ? vec2(p.z, p.x) : vec2(p.x, p.y);
+}
+
 // Do two triangles of one plane overlap, seen along its normal? By the axes that may separate them.
 bool overlap(const Triangle &s, const Triangle &t) {
-  const vec3 n = abs(plane_normal(s));
-  const auto flat = [&](vec3 p) {
-    if (n.x >= n.y && n.x >= n.z) return vec2(p.y, p.z);
-    return n.y >= n.z ? vec2(p.z, p.x) : vec2(p.x, p.y);
-  };
+  const vec3 n = plane_normal(s);
+  const auto flat = [&](vec3 p) { return seen_flat(p, n); };
   const std::array<vec2, 3> a = {flat(s.a), flat(s.b), flat(s.c)}, b = {flat(t.a), flat(t.b), flat(t.c)};
   const auto separated = [&](const std::array<vec2, 3> &edges) {
     for (std::size_t k = 0; k < 3; ++k) {
@@ -128,13 +134,95 @@ std::vector<Entry> shared_cells(std::span<const std::uint64_t> cells, std::span<
   return found;
 }
 
-}  // namespace
+// Does it face along the normal that both sides of its plane have?
+bool faces_along(const Triangle &t, const Instance &i) {
+  const bool along = dot(cross(t.b - t.a, t.c - t.a), plane_normal(t)) > 0.0f;
+  return along != ((i.flags & INSTANCE_MIRRORED) != 0);
+}
 
-std::vector<bool> coplanar_meshes(std::span<const Mesh> meshes, std::span<const Instance> instances) {
+vec2 lower(vec2 a, vec2 b) { return {std::min(a.x, b.x), std::min(a.y, b.y)}; }
+vec2 upper(vec2 a, vec2 b) { return {std::max(a.x, b.x), std::max(a.y, b.y)}; }
+
+struct FlatTriangle {
+  Triangle triangle;
+  vec2 low, high;
+  bool along;
+  uint mesh;
+};
+
+// The squares of a grid over one plane that each triangle's box reaches into, as square and triangle, square by square.
+// Those that reach into many are left out.
+std::vector<std::array<std::uint32_t, 2>> squares_of(std::span<const FlatTriangle> flats) {
+  vec2 low(std::numeric_limits<float>::max()), high(std::numeric_limits<float>::lowest());
+  for (const FlatTriangle &f : flats) {
+    low = lower(low, f.low);
+    high = upper(high, f.high);
+  }
+  const auto side = static_cast<std::uint32_t>(std::ceil(std::sqrt(static_cast<double>(flats.size()))));
+  const auto place = [side](float x, float first, float last) {
+    const float share = (x - first) / std::max(last - first, 1e-30f);
+    return std::min(static_cast<std::uint32_t>(share * static_cast<float>(side)), side - 1u);
+  };
+  std::vector<std::array<std::uint32_t, 2>> squares;
+  for (std::uint32_t k = 0; k < flats.size(); ++k) {
+    const FlatTriangle &f = flats[k];
+    const std::uint32_t x0 = place(f.low.x, low.x, high.x), x1 = place(f.high.x, low.x, high.x);
+    const std::uint32_t y0 = place(f.low.y, low.y, high.y), y1 = place(f.high.y, low.y, high.y);
+    if (std::uint64_t{x1 - x0 + 1} * (y1 - y0 + 1) > kMostInCell) continue;
+    for (std::uint32_t y = y0; y <= y1; ++y) {
+      for (std::uint32_t x = x0; x <= x1; ++x) squares.push_back({y * side + x, k});
+    }
+  }
+  std::sort(squares.begin(), squares.end());
+  return squares;
+}
+
+// Marks the meshes of one plane's triangles that overlap another that faces the same way: each is compared with those
+// of its squares, and the large ones of few with all.
+template <typename TriangleOf>
+void find_coinciding(std::span<const Entry> plane, std::span<const Instance> instances, const TriangleOf &triangle_of,
+                     std::vector<bool> &found) {
+  std::vector<FlatTriangle> flats;
+  for (const Entry &e : plane) {
+    const Triangle t = triangle_of(e);
+    const vec3 n = plane_normal(t);
+    const vec2 a = seen_flat(t.a, n), b = seen_flat(t.b, n), c = seen_flat(t.c, n);
+    const Instance &instance = instances[e.instance];
+    flats.push_back({t, lower(a, lower(b, c)), upper(a, upper(b, c)), faces_along(t, instance), instance.mesh});
+  }
+  const auto compare = [&](const FlatTriangle &a, const FlatTriangle &b) {
+    const vec2 shared = lower(a.high, b.high) - upper(a.low, b.low);
+    if (a.along != b.along || !(shared.x > 0.0f) || !(shared.y > 0.0f)) return;
+    if ((found[a.mesh] && found[b.mesh]) || !overlap(a.triangle, b.triangle)) return;
+    found[a.mesh] = found[b.mesh] = true;
+  };
+  const auto squares = squares_of(flats);
+  std::vector<bool> placed(flats.size(), false);
+  for (std::size_t i = 0; i < squares.size(); ++i) {
+    placed[squares[i][1]] = true;
+    const std::size_t end = std::min(squares.size(), i + 1 + kMostInCell);
+    for (std::size_t j = i + 1; j < end && squares[j][0] == squares[i][0]; ++j) {
+      compare(flats[squares[i][1]], flats[squares[j][1]]);
+    }
+  }
+  std::size_t large = 0;
+  for (std::size_t i = 0; i < flats.size() && large < kMostInCell; ++i) {
+    if (placed[i]) continue;
+    ++large;
+    for (std::size_t j = 0; j < flats.size(); ++j) {
+      if (j != i) compare(flats[i], flats[j]);
+    }
+  }
+}
+
+// `coinciding`: of those that face one way, else of all.
+std::vector<bool> meshes_in_one_plane(std::span<const Mesh> meshes, std::span<const Instance> instances,
+                                      bool coinciding) {
+  const std::vector<bool> unknown(meshes.size(), !coinciding);
   std::vector<bool> found(meshes.size(), false);
   std::vector<std::size_t> firsts = {0};
   for (const Instance &i : instances) firsts.push_back(firsts.back() + meshes[i.mesh].triangle_count);
-  if (firsts.back() > kMostTriangles) return std::vector<bool>(meshes.size(), true);
+  if (firsts.back() > (coinciding ? kMostOpaqueTriangles : kMostTriangles)) return unknown;
 
   // 1. Where the scene is, and how large: rounding grows with it. Planes' distances count from its middle.
   std::vector<Box> boxes(instances.size());
@@ -148,7 +236,7 @@ std::vector<bool> coplanar_meshes(std::span<const Mesh> meshes, std::span<const 
   Box all;
   for (const Box &box : boxes) all.add(box.low, box.high);
   const float extent = max_component(max(abs(all.low), abs(all.high)));
-  if (!(all.low.x <= all.high.x) || !std::isfinite(extent)) return std::vector<bool>(meshes.size(), true);
+  if (!(all.low.x <= all.high.x) || !std::isfinite(extent)) return unknown;
   const vec3 center = (all.low + all.high) * 0.5f;
   const float distance_cell = std::max(kDistanceCell * extent, 1e-8f);
 
@@ -170,6 +258,11 @@ std::vector<bool> coplanar_meshes(std::span<const Mesh> meshes, std::span<const 
       std::size_t last = first + 1;
       while (last < entries.size() && entries[last].cell == entries[first].cell) ++last;
       const bool many = last - first > kMostInCell;
+      if (coinciding) {
+        find_coinciding(std::span(entries).subspan(first, last - first), instances, triangle_of, found);
+        first = last;
+        continue;
+      }
       for (std::size_t i = first; i < last; ++i) {
         if (many) found[mesh_of(entries[i])] = true;
         for (std::size_t j = i + 1; j < last && !many; ++j) {
@@ -182,6 +275,16 @@ std::vector<bool> coplanar_meshes(std::span<const Mesh> meshes, std::span<const 
     }
   }
   return found;
+}
+
+}  // namespace
+
+std::vector<bool> coplanar_meshes(std::span<const Mesh> meshes, std::span<const Instance> instances) {
+  return meshes_in_one_plane(meshes, instances, false);
+}
+
+std::vector<bool> coinciding_meshes(std::span<const Mesh> meshes, std::span<const Instance> instances) {
+  return meshes_in_one_plane(meshes, instances, true);
 }
 
 }  // namespace cotorra

@@ -13,4 +13,8 @@ namespace cotorra {
 // would take too long: in scenes of many millions of triangles, and of flat parts that are finely divided.
 std::vector<bool> coplanar_meshes(std::span<const Mesh> meshes, std::span<const Instance> instances);
 
+// The same of triangles that face one way, as of two opaque tops in one place: an opaque thing hides what it stands on.
+// False where finding out would take too long.
+std::vector<bool> coinciding_meshes(std::span<const Mesh> meshes, std::span<const Instance> instances);
+
 }  // namespace cotorra

@@ -115,7 +115,7 @@ void apply_integrator(const SettingsInput &s, const CameraInput &camera, const S
     data.world_width = 0;
   }
   job.features = features_of(c.integrator, s, scene, c);
-  data.starts_at_point = scene.lets_light_through() && (path || c.integrator == Integrator::kDirect) ? 1u : 0u;
+  data.starts_at_point = scene.starts_at_point() && (path || c.integrator == Integrator::kDirect) ? 1u : 0u;
   data.lobes = path || c.integrator == Integrator::kDirect ? 1u : 0u;
 }
 

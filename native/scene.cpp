@@ -304,11 +304,17 @@ void Scene::prepare_instances(const SceneInput &in) {
 }
 
 // Only there rays must meet what lies in the plane that they leave, and be kept from their own triangle. In an editable
-// scene, where the next edit may bring a plane, that is everywhere.
+// scene, where the next edit may bring a plane, that is everywhere; opaque ones that coincide are not looked for there.
 void Scene::find_coplanar() {
-  if (!lets_light_through_) return;
-  coplanar_ = editable_ ? std::vector<bool>(meshes_.size(), true) : coplanar_meshes(meshes_, instances_);
+  if (lets_light_through_) {
+    coplanar_ = editable_ ? std::vector<bool>(meshes_.size(), true) : coplanar_meshes(meshes_, instances_);
+  } else if (!editable_) {
+    coplanar_ = coinciding_meshes(meshes_, instances_);
+  }
   stats_.coplanar_meshes = static_cast<std::uint64_t>(std::count(coplanar_.begin(), coplanar_.end(), true));
+  if (stats_.coplanar_meshes == 0) return;
+  starts_at_point_ = true;
+  if (!lets_light_through_) features_ |= FEATURE_TRANSPARENCY;
   for (Instance &i : instances_) {
     if (coplanar_[i.mesh]) i.flags |= INSTANCE_COPLANAR;
   }

@@ -122,8 +122,7 @@ struct SceneStats {
   std::uint64_t triangles = 0;         // stored
   std::uint64_t instanced_triangles = 0;  // as seen, instances counted
   std::uint64_t bvh_bytes = 0;
-  std::uint64_t coplanar_meshes =
-      0;   // where light goes through surfaces: those with triangles in one plane with others
+  std::uint64_t coplanar_meshes = 0;   // those with triangles in one plane with others; opaque ones: that face one way
   std::uint64_t images = 0;
   std::uint64_t image_bytes = 0;       // of pixels
   std::uint64_t light_bytes = 0;       // of lamps, emitting triangles and the tree over them
@@ -205,8 +204,8 @@ class Scene {
   // Is a lamp with a size visible to camera rays; can bounces meet one?
   bool camera_meets_lights() const { return camera_meets_lights_; }
   bool bounces_meet_lights() const { return bounces_meet_lights_; }
-  // Does a lobe of some material send light through the surface?
-  bool lets_light_through() const { return lets_light_through_; }
+  // Do some rays start at the very point of a surface, so as to meet what lies in one plane with it?
+  bool starts_at_point() const { return starts_at_point_; }
   // Does a material in use give a colour to what it lets through?
   bool tints() const { return tints_; }
   uint light_group_count() const { return light_group_count_; }
@@ -327,7 +326,8 @@ class Scene {
   bool tints_ = false;
   bool camera_meets_lights_ = false;
   bool bounces_meet_lights_ = false;
-  bool lets_light_through_ = false;
+  bool lets_light_through_ = false;  // a lobe of some material sends it through the surface
+  bool starts_at_point_ = false;
 };
 
 }  // namespace cotorra

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Which meshes have triangles in one plane with others, where light goes through surfaces, as a scene counts them.
+"""Which meshes have triangles in one plane with others, as a scene counts them where rays can tell.
 
 What rays do there is test_ray_starts.py's, beside Cycles.
 """
@@ -118,8 +118,31 @@ def test_places_that_are_no_numbers_do_no_harm() -> None:
     assert native.Scene(buffers, bvh=False).stats()['coplanar_meshes'] == 2
 
 
-def test_without_glass_nobody_asks() -> None:
+def opaque(name: str, vertices: list) -> bpy.types.Object:
+    return build.mesh_object(bpy.context.scene, name, vertices=vertices)
+
+
+def test_opaque_things_that_coincide() -> None:
+    """Of opaque ones only those that face one way show: two floors do, and what stands on one does not."""
     scene = build.new_scene()
-    build.mesh_object(scene, 'Floor', vertices=FLOOR)
-    build.mesh_object(scene, 'Floor', vertices=FLOOR)
+    opaque('Floor', FLOOR)
+    bpy.ops.mesh.primitive_cube_add(size=1.6, location=(0.0, 0.0, 0.8))
     assert found(scene) == 0
+    second = opaque('Second', [(x + 5, y + 5, z) for x, y, z in FLOOR])
+    assert found(scene) == 2
+    assert found(scene, editable=True) == 0
+    bpy.data.objects.remove(bpy.data.objects['Cube'])  # whose bottom looks down
+    second.scale.x = -1.0  # its faces look down, but what a negative scale turns over faces the same way
+    second.location.x = 5.0
+    assert found(scene) == 2
+    second.rotation_euler.x = np.pi
+    assert found(scene) == 0
+
+
+def test_opaque_planes_that_are_finely_divided() -> None:
+    """No cell of a grid overlaps another; a small face on it overlaps one."""
+    scene = build.new_scene()
+    bpy.ops.mesh.primitive_grid_add(x_subdivisions=40, y_subdivisions=40, size=4)
+    assert found(scene) == 0
+    opaque('Patch', [(0.11 + 0.02 * x, 0.12 + 0.02 * y, 0.0) for x, y in ((0, 0), (1, 0), (1, 1), (0, 1))])
+    assert found(scene) == 2

@@ -119,6 +119,14 @@ def test_a_clear_pane_shades_the_floor_in_its_plane(surface: Surface, tmp_path: 
     assert_as_cycles(scene, tmp_path)
 
 
+def test_opaque_floors_in_one_plane(tmp_path: Path) -> None:
+    """Each shades the other where both are, as in Cycles, which is black there."""
+    scene = stage()
+    corners = [(-1.5, -1.5, 0), (1.5, -1.5, 0), (1.5, 1.5, 0), (-1.5, 1.5, 0)]
+    put(build.mesh_object(scene, 'Second', vertices=corners), bsdf('BsdfDiffuse', Color=(0.6, 0.5, 0.3, 1.0)), scene)
+    assert_as_cycles(scene, tmp_path)
+
+
 def test_small_triangles_do_not_shade_themselves(tmp_path: Path) -> None:
     """A flat-shaded ball of 16,000 triangles, a thousand metres from the origin, where light comes through them."""
     scene = stage(at=(1000.0, 1000.0, 0.0))
