@@ -21,7 +21,7 @@ const uint BSDF_SINGULAR = 4u;  // a mirror: no light sample can meet it
 const uint BSDF_SHARP = 8u;  // of a MATERIAL_SHARP
 const uint BSDF_TRANSMIT = 16u;  // goes through the surface
 const uint BSDF_THROUGH = 32u;  // no lobe: the ray goes straight on
-const uint BSDF_DISPLACED = 64u;  // n_smooth is what a displacement bent, and the normals are bent from there
+const uint BSDF_HIDDEN = 64u;  // sampled where n_smooth hides lamps (glossy_cosine)
 
 // Weights of lobes below this count as none, as in Cycles.
 const float BSDF_WEIGHT_CUTOFF = 1e-5f;
@@ -250,16 +250,19 @@ FN vec3 bsdf_eval_glossy(IN(Bsdf) bsdf, float ni, float h2, float xy2, float c2,
   return bsdf_fresnel(bsdf, sqrt(c2), c2) * select(valid, d * v * ni, 0.0f);
 }
 
+// Does the smooth surface see wi on another side than the closure's normal n, which sees it in front?
+FN bool bsdf_hides(IN(Bsdf) bsdf, vec3 n, vec3 wi) { return dot(bsdf.n_smooth, wi) * dot(bsdf.n_smooth, n) < 0.0f; }
+
+FN vec3 bsdf_smooth_normal(IN(Bsdf) bsdf) { return bsdf.n_smooth; }
+
 // Cosine of wi to the normal of the glossy lobes; 0 where it and the smooth surface disagree about the side wi is on.
-// On which side of a displaced surface it is, shadow rays find: its normal hides no highlight (measured with
-// Cycles 5.2.3).
-FN float glossy_cosine(IN(Bsdf) bsdf, float n_wi, vec3 wi) {
-  const float ni = dot(bsdf.n_glossy, wi);
-  if (FEATURE(FEATURE_PROGRAMS)) {
-    const bool agree = dot(bsdf.n_smooth, wi) * dot(bsdf.n_smooth, bsdf.n_glossy) >= 0.0f;
-    return select(agree || (bsdf.lobes & BSDF_DISPLACED) != 0u, max(ni, 0.0f), 0.0f);
-  }
-  return select(n_wi * dot(bsdf.n, bsdf.n_glossy) >= 0.0f, max(ni, 0.0f), 0.0f);
+// Rays that were `sampled` need not agree, as in Cycles 5.2: its lamps are hidden by what a displacement bent the
+// surface to, where its reflections still show the sky. Past its triangle they do not go (path_advance).
+FN float glossy_cosine(IN(Bsdf) bsdf, float n_wi, vec3 wi, bool sampled) {
+  const float ni = max(dot(bsdf.n_glossy, wi), 0.0f);
+  if (sampled) return ni;
+  if (FEATURE(FEATURE_PROGRAMS)) return select(bsdf_hides(bsdf, bsdf.n_glossy, wi), 0.0f, ni);
+  return select(n_wi * dot(bsdf.n, bsdf.n_glossy) >= 0.0f, ni, 0.0f);
 }
 
 // What is left of the diffuse light from wi where a normal map bent the surface: the shadowing of a GGX surface whose
@@ -283,10 +286,11 @@ FN float bump_shadowing(IN(Bsdf) bsdf, vec3 wi) {
 }
 
 // f cos(wi) of the diffuse lobe, and of the glossy lobe beside it; pdf is that of bsdf_sample. All are 0 below n.
-FN vec3 bsdf_eval_lobes(IN(Bsdf) bsdf, vec3 wo, vec3 wi, OUT(vec3) glossy, OUT(float) pdf) {
+// `sampled`: glossy_cosine.
+FN vec3 bsdf_eval_lobes(IN(Bsdf) bsdf, vec3 wo, vec3 wi, bool sampled, OUT(vec3) glossy, OUT(float) pdf) {
   const float n_wi = dot(bsdf.n, wi);
   if (FEATURE(FEATURE_MODELS) && bsdf.model.model != MODEL_PRINCIPLED) {
-    const float ni_glossy = glossy_cosine(bsdf, n_wi, wi);
+    const float ni_glossy = glossy_cosine(bsdf, n_wi, wi, sampled);
     return model_eval(bsdf.model, bsdf.n, bsdf.n_glossy, ni_glossy, wo, wi, glossy, pdf);
   }
   const float ni = max(n_wi, 0.0f);
@@ -297,7 +301,7 @@ FN vec3 bsdf_eval_lobes(IN(Bsdf) bsdf, vec3 wo, vec3 wi, OUT(vec3) glossy, OUT(f
     const float h2 = max(dot(h, h), 1e-20f);
     // Lagrange's identity, exact near the normal. |wo + wi| is twice the cosine between either of them and h.
     const vec3 xy = cross(bsdf.n_glossy, h);
-    glossy = bsdf_eval_glossy(bsdf, glossy_cosine(bsdf, n_wi, wi), h2, dot(xy, xy), 0.25f * h2, pdf);
+    glossy = bsdf_eval_glossy(bsdf, glossy_cosine(bsdf, n_wi, wi, sampled), h2, dot(xy, xy), 0.25f * h2, pdf);
   }
   return bsdf.diffuse * (ni * bump_shadowing(bsdf, wi));
 }
@@ -313,7 +317,7 @@ FN float bsdf_diffuse_pdf(IN(Bsdf) bsdf, vec3 wi) {
 // f cos(wi) of all lobes; pdf is that of bsdf_sample.
 FN vec3 bsdf_eval(IN(Bsdf) bsdf, vec3 wo, vec3 wi, OUT(float) pdf) {
   vec3 glossy;
-  const vec3 diffuse = bsdf_eval_lobes(bsdf, wo, wi, glossy, pdf);
+  const vec3 diffuse = bsdf_eval_lobes(bsdf, wo, wi, false, glossy, pdf);
   return diffuse + glossy;
 }
 
@@ -335,7 +339,7 @@ FN void bsdf_sample_model(IN(Bsdf) bsdf, vec3 wo, float u_lobe, vec2 u, OUT(Bsdf
     return;
   }
   vec3 glossy;
-  const vec3 diffuse = bsdf_eval_lobes(bsdf, wo, s.wi, glossy, s.pdf);
+  const vec3 diffuse = bsdf_eval_lobes(bsdf, wo, s.wi, true, glossy, s.pdf);
   s.weight = (diffuse + glossy) * (s.pdf > 0.0f ? 1.0f / s.pdf : 0.0f);
 }
 
@@ -376,8 +380,8 @@ FN void bsdf_sample(IN(Bsdf) bsdf, vec3 wo, float u_lobe, vec2 u, OUT(BsdfSample
     s.pdf = ni * INV_PI;
     // A diffuse direction's half vector stands in the frame of n: seen from n_glossy it is another.
     const vec3 xy = cross(bsdf.n_glossy, wo + s.wi);
-    const vec3 glossy =
-        bsdf_eval_glossy(bsdf, glossy_cosine(bsdf, n_wi, s.wi), h2, select(pick_glossy, xy2, dot(xy, xy)), c2, s.pdf);
+    const float ni_glossy = glossy_cosine(bsdf, n_wi, s.wi, true);
+    const vec3 glossy = bsdf_eval_glossy(bsdf, ni_glossy, h2, select(pick_glossy, xy2, dot(xy, xy)), c2, s.pdf);
     s.weight = (bsdf.diffuse * (ni * bump_shadowing(bsdf, s.wi)) + glossy) * (s.pdf > 0.0f ? 1.0f / s.pdf : 0.0f);
     if (s.lobe == BSDF_GLOSSY && (bsdf.lobes & BSDF_SINGULAR) != 0u) {
       s.lobe = BSDF_GLOSSY | BSDF_SINGULAR;
@@ -385,6 +389,7 @@ FN void bsdf_sample(IN(Bsdf) bsdf, vec3 wo, float u_lobe, vec2 u, OUT(BsdfSample
       s.weight = bsdf_fresnel(bsdf, bsdf.no, bsdf.no * bsdf.no) / bsdf.p_glossy;
     }
     s.lobe |= bsdf.lobes & BSDF_SHARP;
+    if (FEATURE(FEATURE_PROGRAMS)) s.lobe |= select(bsdf_hides(bsdf, bsdf.n_glossy, s.wi), BSDF_HIDDEN, 0u);
   } else {
     s.wi = to_world(i, t, b, frame);
     s.pdf = i.z * INV_PI;

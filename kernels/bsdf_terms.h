@@ -35,7 +35,7 @@ FN void bsdf_terms(IN(Bsdf) bsdf, vec3 wo, vec3 wi, OUT(float) d, OUT(float) g, 
   d = 0.0f;
   g = 0.0f;
   f = vec3(0.0f);
-  const float ni = glossy_cosine(bsdf, dot(bsdf.n, wi), wi);
+  const float ni = glossy_cosine(bsdf, dot(bsdf.n, wi), wi, false);
   if (!(ni > 0.0f) || !(bsdf.no > 0.0f)) return;
   HalfAngle a;
   half_angle(bsdf.n_glossy, wo, wi, ni, a);

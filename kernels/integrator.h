@@ -47,7 +47,8 @@ FN bool path_advance(IN(SceneData) scene, IN(IntegratorData) integrator, INOUT(P
     path.glossy_bounces += 1u;
     path.ray_kind = VISIBLE_GLOSSY;
   }
-  if ((b.lobe & BSDF_SHARP) != 0u) path.ray_kind |= RAY_MEETS_LAMPS;
+  if ((b.lobe & (BSDF_SHARP | BSDF_HIDDEN)) != 0u) path.ray_kind |= RAY_MEETS_LAMPS;
+  if ((b.lobe & BSDF_HIDDEN) != 0u) path.ray_kind |= RAY_HIDDEN;
   if (singular) path.ray_kind |= RAY_SINGULAR;
   if (!through) path.ray_kind |= RAY_REFLECTED;
   path.ray_kind |= shown | blurred;

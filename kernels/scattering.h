@@ -29,23 +29,23 @@ FN uint lobe_ray_kind(IN(Lobe) l, vec3 wi) {
 
 // What a bent normal leaves of light from wi (Cycles): nothing where it and the smooth one disagree whether wi lies in
 // front, nor from behind where the lobe only reflects; of diffuse lobes, velvet excepted, what bump_shadowing_of
-// leaves.
-FN float lobe_bump_shadowing(IN(Bsdf) bsdf, IN(Lobe) l, vec3 wi) {
+// leaves. `sampled`: of a ray that was sampled of the lobe, where highlights and what goes through pass
+// (glossy_cosine).
+FN float lobe_bump_shadowing(IN(Bsdf) bsdf, IN(Lobe) l, vec3 wi, bool sampled) {
   if (!FEATURE(FEATURE_PROGRAMS)) return 1.0f;
-  // On which side of a displaced surface it is, its shape tells what reflects (measured with Cycles 5.2.3).
-  const bool by_shape = (bsdf.lobes & BSDF_DISPLACED) != 0u && !lobe_is_diffuse(l);
-  const vec3 up = select(by_shape, bsdf.n_glossy, bsdf.n_smooth);
-  const float height = dot(up, wi);
-  const float side = height * dot(up, l.n) * dot(l.n, wi);
+  const bool dims = lobe_is_diffuse(l) && l.kind != LOBE_VELVET;
+  if (sampled && (!dims || lobe_transmits(l))) return 1.0f;
+  const float height = dot(bsdf.n_smooth, wi);
+  const float side = height * dot(bsdf.n_smooth, l.n) * dot(l.n, wi);
   if (side < 0.0f || (height < 0.0f && !lobe_transmits(l))) return 0.0f;
-  return lobe_is_diffuse(l) && l.kind != LOBE_VELVET ? bump_shadowing_of(l.n, bsdf.n_smooth, wi) : 1.0f;
+  return dims ? bump_shadowing_of(l.n, bsdf.n_smooth, wi) : 1.0f;
 }
 
 // f cos toward wi, without the lobes that the light is hidden from; pdf is that of rays that see the light.
 FN vec3 visible_bsdf(IN(Bsdf) bsdf, vec3 wo, vec3 wi, uint visibility, OUT(float) pdf) {
   vec3 glossy;
   float all;
-  const vec3 diffuse = bsdf_eval_lobes(bsdf, wo, wi, glossy, all);
+  const vec3 diffuse = bsdf_eval_lobes(bsdf, wo, wi, false, glossy, all);
   const bool to_diffuse = (visibility & VISIBLE_DIFFUSE) != 0u;
   const bool to_glossy = (visibility & VISIBLE_GLOSSY) != 0u;
   const float part = min(bsdf_diffuse_pdf(bsdf, wi), all);
@@ -59,7 +59,7 @@ FN vec3 visible_scattering(IN(SceneData) scene, IN(Bsdf) bsdf, IN(Lobe) lobe, ve
   if (!has_lobe(lobe)) return visible_bsdf(bsdf, wo, wi, visibility, pdf);
   pdf = 0.0f;
   if ((visibility & lobe_ray_kind(lobe, wi)) == 0u) return vec3(0.0f);
-  return lobe_eval(scene.albedo, lobe, wo, wi, pdf) * lobe_bump_shadowing(bsdf, lobe, wi);
+  return lobe_eval(scene.albedo, lobe, wo, wi, pdf) * lobe_bump_shadowing(bsdf, lobe, wi, false);
 }
 
 // A direction. Highlights of lobes meet lamps themselves: how sharp they are is not known beforehand.
@@ -70,8 +70,9 @@ FN void scattering_sample(IN(SceneData) scene, IN(Bsdf) bsdf, IN(Lobe) lobe, vec
     return;
   }
   lobe_sample(scene.albedo, lobe, wo, u_lobe, u, s);
-  s.weight *= lobe_bump_shadowing(bsdf, lobe, s.wi);
+  s.weight *= lobe_bump_shadowing(bsdf, lobe, s.wi, true);
   if (!lobe_is_diffuse(lobe)) s.lobe |= BSDF_SHARP;
+  if (FEATURE(FEATURE_PROGRAMS) && !lobe_transmits(lobe) && bsdf_hides(bsdf, lobe.n, s.wi)) s.lobe |= BSDF_HIDDEN;
 }
 
 // Do rays start at the very point of the surface that they leave?

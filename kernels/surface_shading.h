@@ -213,11 +213,7 @@ FN void surface_take(IN(SceneData) scene, IN(MaterialProgram) program, IN(Shader
   if (!picked) bsdf_prepare(scene, shading.material, s.n, s.ng, at.wo, bsdf);
   // What a displacement bends is the surface itself, which hides no light from itself for that (Cycles).
   bsdf.n_smooth = select(pick.own_normal == CLOSURE_OWN_NORMAL, s.n, smooth_normal);
-  if (pick.own_normal == CLOSURE_BENT_NORMAL) {
-    bsdf.n_smooth = pick_own_normal(scene, pick, at PROGRAM_SAME_MEMORY);
-    bsdf.lobes |= BSDF_DISPLACED;
-    if (has_lobe(lobe)) bsdf.n_glossy = smooth_normal;  // which is of no use to a Lobe but for this
-  }
+  if (pick.own_normal == CLOSURE_BENT_NORMAL) bsdf.n_smooth = pick_own_normal(scene, pick, at PROGRAM_SAME_MEMORY);
   if (pick.kind == CLOSURE_TRANSPARENT) bsdf.lobes = BSDF_THROUGH;
 }
 

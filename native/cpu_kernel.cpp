@@ -251,9 +251,11 @@ class Renderer {
       if (has_links(scene_) && !light_lights(scene_, index, receiver_set(scene_, b_.surface[i].instance))) continue;
       vec3 origin = b_.light.origin.get(i);
       if (scene_.starts_at_point != 0u) origin = surface_start(scene_, b_.surface[i], b_.light.wi.get(i));
-      if (b_.light.lift[i] > 0.0f) {
+      const float lift = b_.light.lift[i];
+      if (lift != 0.0f) {
         const Surface &s = b_.surface[i];
-        origin += surface_smooth_lift(scene_, s.instance, s.triangle, s.u, s.v, s.ng) * b_.light.lift[i];
+        const vec3 up = lift < 0.0f ? -s.ng : s.ng;
+        origin += surface_smooth_lift(scene_, s.instance, s.triangle, s.u, s.v, up) * std::abs(lift);
       }
       queue_shadow(tracer_, {origin, b_.light.distance[i], b_.light.wi.get(i), light.group, contribution, mask}, i,
                    index, bounce);

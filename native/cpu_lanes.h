@@ -160,7 +160,7 @@ struct HitLanes {
 struct LightLanes {
   Vec3s origin, wi, contribution;
   Floats distance;
-  Floats lift;  // terminator_amount
+  Floats lift;  // terminator_amount, below 0: behind the surface
   Vec3s weight;  // for lanes that are done one at a time
   Floats pdf;
 };
@@ -241,7 +241,8 @@ COTORRA_FLATTEN void sample_lamp(const SceneData &scene, const Light &lamp, cons
     out.origin.set(i, surface_ray_origin(in.p.get(i), ng, in.epsilon[i], l.wi));
     const vec3 smooth = FEATURE(FEATURE_PROGRAMS) ? in.n_smooth.get(i) : in.n.get(i);
     const float n_wi = dot(smooth, l.wi);
-    out.lift[i] = select(n_wi > 0.0f, terminator_amount(in.terminator[i], n_wi, dot(ng, l.wi)), 0.0f);
+    const float lift = terminator_amount(in.terminator[i], n_wi, dot(ng, l.wi));
+    out.lift[i] = select(n_wi < 0.0f, -lift, lift);
     out.wi.set(i, l.wi);
     out.distance[i] = l.distance;
     if (!kSingleLanes) continue;

@@ -119,7 +119,7 @@ nb::tuple evaluate_model(nb::handle materials, const Vectors &n, const Vectors &
   nb::object result[] = {new_array<float>(rows, diffuse), new_array<float>(rows, specular),
                          new_array<float>(rows, pdf)};
   for (std::size_t i = 0; i < rows; ++i) {
-    diffuse[i] = bsdf_eval_lobes(bench.bsdf(i), bench.wo(i), vector_at(wi, i), specular[i], pdf[i]);
+    diffuse[i] = bsdf_eval_lobes(bench.bsdf(i), bench.wo(i), vector_at(wi, i), false, specular[i], pdf[i]);
   }
   return nb::make_tuple(result[0], result[1], result[2]);
 }

@@ -71,7 +71,7 @@ class Compiler {
     if (!out.grey) out.surface.plain = false;  // one of the things that a ray may do here is to go on
     for (const Closure &c : surface_) {
       out.lobes |= 1u << c.kind;
-      out.sharp |= is_sharp(c);
+      out.sharp |= is_sharp(c) || c.own_normal.has_value();  // a bent normal hides lamps that bounces find
       out.asks_lobes |= asks_lobe(c);
       out.transmits |= transmits(c);
     }

@@ -238,7 +238,7 @@ PRINCIPLED = [
         'scattering',
         'Bsdf bsdf; bsdf_prepare_nothing(s.n, o, bsdf); has = select(has_lobe(l), 1u, 0u);'
         'through = select(scatters_through(l), 1u, 0u); diffuse = select(lobe_is_diffuse(l), 1u, 0u);'
-        'kind = lobe_ray_kind(l, i); shadow = lobe_bump_shadowing(bsdf, l, i);'
+        'kind = lobe_ray_kind(l, i); shadow = lobe_bump_shadowing(bsdf, l, i, u.x < 0.5f);'
         'seen = visible_scattering(scene, bsdf, l, o, i, VISIBLE_ALL, pdf);'
         'BsdfSample b; scattering_sample(scene, bsdf, l, o, 0.0f, u, b); wi = b.wi;'
         'const Light light = LOAD(scene.lights, lamp); LightSample sent; light_sample(light, s.p, s.n, u, sent);'

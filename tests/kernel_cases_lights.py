@@ -69,9 +69,10 @@ AREAS = [
         'float len; vec3 d = safe_normalize(light.position - p + lean, len);'
         'hit = select(area_light_intersect(light, p, d, t_max, radiance, pdf), 1u, 0u);'
         'if (hit == 0u) { radiance = vec3(0.0f); pdf = 0.0f; }'
-        'far = light_distance(light, p, d); asks = select(light_asks_lanes(light), 1u, 0u);',
+        'far = light_distance(light, p, d); asks = select(light_asks_lanes(light), 1u, 0u);'
+        'below = select(light_is_below(light, p, d), 1u, 0u);',
         {'light': AREA, 'p': POINT, 'lean': ('vec3', points(0.05)), 't_max': ('float', choices(1.0, 5.0, 1e30))},
-        {'hit': 'uint', 'radiance': 'vec3', 'pdf': 'float', 'far': 'float', 'asks': 'uint'},
+        {'hit': 'uint', 'radiance': 'vec3', 'pdf': 'float', 'far': 'float', 'asks': 'uint', 'below': 'uint'},
         CUTS,
     ),
 ]

@@ -161,7 +161,7 @@ MODELS = [
         'model_bsdf',
         'Bsdf bsdf; bsdf_prepare(scene, material, n, n, o, bsdf);'
         'albedo = bsdf_prepare_model(scene, material, n, n, o, b);'
-        'f = bsdf_eval_lobes(bsdf, o, wi, glossy, pdf); bsdf_sample(bsdf, o, u_lobe, u, drawn);'
+        'f = bsdf_eval_lobes(bsdf, o, wi, false, glossy, pdf); bsdf_sample(bsdf, o, u_lobe, u, drawn);'
         'bsdf_sample_model(b, o, u_lobe, u, again); bsdf_terms(bsdf, o, wi, d, g, term_f);',
         {'material': MATERIAL, 'n': NORMAL, 'o': DIRECTION, 'wi': DIRECTION, 'u_lobe': UNIT, 'u': SQUARE},
         {'albedo': 'vec3', 'b': 'Bsdf', 'f': 'vec3', 'glossy': 'vec3', 'pdf': 'float', 'drawn': 'BsdfSample'}

@@ -125,9 +125,11 @@ MATERIALS = [
     Case(
         'bent_normals',
         'bent = normal_for_reflection(n, dot(ng, wo) < 0.0f ? -ng : ng, wo); Bsdf bsdf;'
-        'bsdf_prepare(scene, material, n, ng, wo, bsdf); cosine = glossy_cosine(bsdf, dot(bsdf.n, wi), wi);',
+        'bsdf_prepare(scene, material, n, ng, wo, bsdf); cosine = glossy_cosine(bsdf, dot(bsdf.n, wi), wi, false);'
+        'bsdf.n_smooth = ng; smooth_n = bsdf_smooth_normal(bsdf); drawn = glossy_cosine(bsdf, 0.0f, wi, true);'
+        'hides = select(bsdf_hides(bsdf, bsdf.n_glossy, wi), 1u, 0u);',
         {'material': MATERIAL, 'n': NORMAL, 'ng': NORMAL, 'wo': WO, 'wi': DIRECTION},
-        {'bent': 'vec3', 'cosine': 'float'},
+        {'bent': 'vec3', 'cosine': 'float', 'smooth_n': 'vec3', 'drawn': 'float', 'hides': 'uint'},
         ROUNDING,
         scene=True,
     ),
@@ -135,7 +137,7 @@ MATERIALS = [
         'bsdf_evaluation',
         'Bsdf bsdf; bsdf_prepare(scene, material, n, ng, wo, bsdf); fresnel = bsdf_fresnel(bsdf, c, c * c);'
         'pdf_glossy = 0.25f; alone = bsdf_eval_glossy(bsdf, c, 1.5f, 0.1f, c * c, pdf_glossy);'
-        'diffuse = bsdf_eval_lobes(bsdf, wo, wi, glossy, pdf_lobes); f = bsdf_eval(bsdf, wo, wi, pdf);'
+        'diffuse = bsdf_eval_lobes(bsdf, wo, wi, false, glossy, pdf_lobes); f = bsdf_eval(bsdf, wo, wi, pdf);'
         'pdf_diffuse = bsdf_diffuse_pdf(bsdf, wi);',
         {'material': MATERIAL, 'n': NORMAL, 'ng': NORMAL, 'wo': WO, 'wi': DIRECTION, 'c': COSINE},
         {

@@ -92,6 +92,10 @@ FN vec3 path_meet_light(IN(SceneData) scene, uint index, IN(PathState) path, vec
     const float t = max(light_distance(light, origin, direction) - begin, 0.0f);
     radiance *= path_light_program(scene, index, light, path, origin + direction * begin, direction, t);
   }
+  // As in Cycles: the light tree there leaves out what lies below the smooth surface, so that rays bring all of it.
+  if ((path.ray_kind & RAY_HIDDEN) != 0u && light_is_below(light, origin - direction * path.passed, path.normal)) {
+    pdf = 0.0f;
+  }
   float found_pdf;
   const vec3 throughput = found_throughput(scene, path, light.visibility, found_pdf);
   if (FEATURE(FEATURE_LIGHT_TREE) && scene.light_count > LIGHTS_AT_ONCE && found_pdf > 0.0f) {

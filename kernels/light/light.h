@@ -121,6 +121,12 @@ FN float light_distance(IN(Light) light, vec3 origin, vec3 direction) {
   return point_light_distance(light, d, dot(axis, direction));
 }
 
+// Does all of the lamp lie below the plane through p with the normal n? Of an area light, the circle about it.
+FN bool light_is_below(IN(Light) light, vec3 p, vec3 n) {
+  if (light.type == LIGHT_SUN) return dot(n, light.axis) > sqrt(max(1.0f - sqr(light.cos_sun), 0.0f));
+  return dot(n, light.position - p) < -light.radius;
+}
+
 // Does the ray meet the light nearer than t_max? If so: radiance seen, and the pdf with which light_sample would have
 // drawn the direction from `origin`, whose normal was `n`.
 FN bool light_intersect(IN(Light) light, vec3 origin, vec3 direction, float t_max, vec3 n, OUT(vec3) radiance,

@@ -22,11 +22,12 @@ FN float terminator_amount(float cutoff, float n_wi, float ng_wi) {
 }
 
 FN vec3 shadow_ray_origin(IN(SceneData) scene, IN(Surface) s, vec3 wi) {
-  const float amount = terminator_amount(s.terminator, dot(s.n, wi), dot(s.ng, wi));
+  const float n_wi = dot(s.n, wi);
+  const float amount = terminator_amount(s.terminator, n_wi, dot(s.ng, wi));
   vec3 origin = surface_start(scene, s, wi);
-  // Light from behind starts behind, where nothing lifts it.
-  if (amount > 0.0f && dot(s.n, wi) > 0.0f)
-    origin += surface_smooth_lift(scene, s.instance, s.triangle, s.u, s.v, s.ng) * amount;
+  // Light from behind the smooth surface starts behind it: what shades it there is the surface itself (Cycles).
+  const vec3 up = select(n_wi < 0.0f, -s.ng, s.ng);
+  if (amount > 0.0f) origin += surface_smooth_lift(scene, s.instance, s.triangle, s.u, s.v, up) * amount;
   return origin;
 }
 

@@ -56,6 +56,7 @@ FN bool go_on(LANE lane, INOUT(PathState) path, IN(Surface) s, LANE_BSDF bsdf, I
   if (FEATURE(FEATURE_PROGRAMS) && JOB.integrator.filter_glossy > 0.0f) {
     path_widen(JOB.integrator, sampled_alpha(bsdf, lobe, b), path);
   }
+  if ((path.ray_kind & RAY_HIDDEN) != 0u) path.normal = bsdf_smooth_normal(bsdf);
   if (SCENE.light_kinds != 0u) path_note_kind(bsdf, lobe, wo, b.wi, path);
   if (has_links(SCENE)) path.ray_kind |= receiver_set(SCENE, s.instance) << RAY_SET_SHIFT;
   if (FEATURE(FEATURE_LIGHT_TREE) && scatters_through(lobe)) path.ray_kind |= RAY_BOTH_SIDES;

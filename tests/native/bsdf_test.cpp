@@ -36,7 +36,7 @@ void test_eval(const Inputs *in, const vec3 *wi, vec3 *diffuse, vec3 *glossy, fl
   for (std::size_t i = 0; i < in->count; ++i) {
     Bsdf bsdf;
     prepare(*in, i, bsdf);
-    diffuse[i] = bsdf_eval_lobes(bsdf, in->wo[i % in->materials], wi[i], glossy[i], pdf[i]);
+    diffuse[i] = bsdf_eval_lobes(bsdf, in->wo[i % in->materials], wi[i], false, glossy[i], pdf[i]);
   }
 }
 
