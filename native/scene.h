@@ -122,13 +122,13 @@ struct SceneStats {
   std::uint64_t triangles = 0;         // stored
   std::uint64_t instanced_triangles = 0;  // as seen, instances counted
   std::uint64_t bvh_bytes = 0;
-  std::uint64_t coplanar_meshes = 0;   // those with triangles in one plane with others; opaque ones: that face one way
+  std::uint64_t coplanar_meshes = 0;  // those with triangles in one plane with others; opaque ones: that face one way
   std::uint64_t images = 0;
-  std::uint64_t image_bytes = 0;       // of pixels
-  std::uint64_t light_bytes = 0;       // of lamps, emitting triangles and the tree over them
+  std::uint64_t image_bytes = 0;  // of pixels
+  std::uint64_t light_bytes = 0;  // of lamps, emitting triangles and the tree over them
   double light_tree_seconds = 0.0;
-  bool world_taken_over = false;       // how it is sampled, from the previous scene
-  std::uint64_t bytes = 0;             // everything the scene holds, the BVH and images included
+  bool world_taken_over = false;  // how it is sampled, from the previous scene
+  std::uint64_t bytes = 0;  // everything the scene holds, the BVH and images included
 };
 
 // Whether a material emits and is sampled as a light, by its emission.
@@ -160,7 +160,7 @@ MeshIdentity identity_of(const MeshInput &mesh);
 struct MeshStorage {
   std::string name;
   std::vector<vec3> positions;  // where the mesh was moved to world space, or came without padding
-  std::vector<vec3> normals;    // where the mesh was moved to world space
+  std::vector<vec3> normals;  // where the mesh was moved to world space
   std::shared_ptr<void> owner;  // of the exporter's arrays
   MeshIdentity identity{};
   MeshLengths lengths;
@@ -260,7 +260,7 @@ class Scene {
   void note_frame(std::size_t mesh, const Instance &instance);  // of a mesh that is moved to world space
   void prepare_lights(const LightsInput &input);
   void prepare_links(const LinkingInput &input, std::size_t lights);  // after lamps and instances
-  void gather_node_sets();                                             // after the light tree
+  void gather_node_sets();  // after the light tree
   void prepare_world(const SceneInput &input, const Scene *previous);  // after the programs and images
   // Of a world that varies, to the kinds of rays in `lit`.
   std::shared_ptr<const SampledWorld> sampled_world(const SceneInput &input, uint lit, const Scene *previous) const;
@@ -295,7 +295,7 @@ class Scene {
   std::vector<bool> flattened_;  // by mesh: in world space, part of the top-level BVH
   std::vector<Mesh> meshes_;
   std::vector<bool> coplanar_;  // by mesh: it may have triangles in one plane with others; empty: nobody asks
-  std::vector<Instance> instances_;    // grouped by mesh and visibility, so that each group is one instance array
+  std::vector<Instance> instances_;  // grouped by mesh and visibility, so that each group is one instance array
   std::vector<std::shared_ptr<const std::vector<Quad>>> quads_;  // by mesh, those of the BVH
   std::vector<EmbreeGeometry> geometries_;
   std::vector<Material> materials_;
@@ -303,10 +303,10 @@ class Scene {
   std::vector<ClassicMaterial> classic_;
   Textures textures_;
   ProgramLibrary library_of_programs_;
-  std::vector<CompiledShader> compiled_;            // by shader
+  std::vector<CompiledShader> compiled_;  // by shader
   std::vector<MaterialProgram> material_programs_;  // by material; empty where none varies
   ProgramNeeds surface_needs_, emission_needs_, transparency_needs_;
-  std::vector<int> material_shaders_;               // by material, -1: the default grey
+  std::vector<int> material_shaders_;  // by material, -1: the default grey
   bool asks_spaces_ = false, asks_meshes_ = false;
   std::vector<uint> material_slots_;
   std::vector<Light> lights_;
@@ -316,7 +316,7 @@ class Scene {
   LightTree light_tree_;
   std::vector<LightLink> light_links_;  // of lamps, then of instances; empty where nothing is linked
   std::vector<uvec2> light_node_sets_;
-  std::vector<uint> instance_order_;    // place of each instance in the exporter's list
+  std::vector<uint> instance_order_;  // place of each instance in the exporter's list
   std::shared_ptr<const SampledWorld> world_;  // null where it does not vary
   SceneData data_{};
   SceneStats stats_;
