@@ -17,7 +17,7 @@ from .. import cycles_settings
 from ..lamps import lone_lamp
 from ..log import Log
 from ..sync.kept import Kept
-from . import camera, instance_info, instances, layers, lights, linking, materials, shapes, studio, world
+from . import camera, far, instance_info, instances, layers, lights, linking, materials, shapes, studio, world
 from .buffers import I32, Camera, SceneBuffers
 from .images import ImageTable
 from .nodes import Trees
@@ -130,6 +130,7 @@ def _export(
     shown, shape_of = _members(walk.group_of, shape_of_group)
     shining, lamp_of = _members(walk.group_of, lamp_of_group)
     objects, items = shapes.instance_arrays(found, meshes, shape_of, walk.transforms[shown], table, log)
+    far.warn_far(objects, meshes.arrays, log)
     objects = instance_info.with_info(objects, walk, shown[items], needed, depsgraph)
     surfaces, slots = materials.material_arrays(table, engine_scene)
     links = linking.read_links(walk.groups, log)
