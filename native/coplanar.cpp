@@ -17,8 +17,12 @@ namespace {
 
 constexpr std::size_t kMostTriangles = 4'000'000;  // as seen, instances counted: beyond, all meshes are taken for such
 constexpr std::size_t kMostInCell = 64;  // triangles of one plane that are compared two by two
-// Opaque scenes are not to wait for what few of them have: 81,000 in one plane took 0.3 s, on a busy machine.
+// Opaque scenes are not to wait for what few of them have: beyond these, nothing is looked for. All triangles of a
+// small mesh are compared with each other, of others those where another object's box is.
 constexpr std::size_t kMostOpaqueTriangles = 100'000;
+constexpr std::size_t kMostOpaqueInstances = 1'000;
+constexpr std::size_t kSmallMesh = 1'000;
+constexpr std::size_t kMostBoxes = 16;  // a triangle is looked for in; of more, in the one around them
 constexpr float kNormalCell = 1.0f / 256.0f;
 // Rays start within 4.8e-7 of the largest coordinate from their surface (surface_shape); planes within eight times that
 // are one.
@@ -40,6 +44,11 @@ struct Box {
     high = max(high, h);
   }
 };
+
+bool meet(const Box &a, const Box &b) {
+  const vec3 low = max(a.low, b.low), high = min(a.high, b.high);
+  return low.x <= high.x && low.y <= high.y && low.z <= high.z;
+}
 
 Triangle world_triangle(const Mesh &mesh, const Instance &i, std::size_t t) {
   const auto world = [&](uint vertex) {
@@ -215,6 +224,26 @@ void find_coinciding(std::span<const Entry> plane, std::span<const Instance> ins
   }
 }
 
+// By instance: boxes outside of which nothing of it coincides with anything else; `rounding` is what planes differ by.
+std::vector<std::vector<Box>> places_that_may_coincide(std::span<const Mesh> meshes,
+                                                       std::span<const Instance> instances, std::span<const Box> boxes,
+                                                       float rounding) {
+  std::vector<std::vector<Box>> places(instances.size());
+  parallel_for(instances.size(), [&](std::size_t k) {
+    Box wide = boxes[k];
+    wide.add(wide.low - vec3(rounding), wide.high + vec3(rounding));
+    Box around;
+    for (std::size_t j = 0; j < instances.size(); ++j) {
+      if (j == k ? meshes[instances[k].mesh].triangle_count > kSmallMesh : !meet(wide, boxes[j])) continue;
+      const Box shared{max(wide.low, boxes[j].low - vec3(rounding)), min(wide.high, boxes[j].high + vec3(rounding))};
+      around.add(shared.low, shared.high);
+      places[k].push_back(shared);
+    }
+    if (places[k].size() > kMostBoxes) places[k] = {around};
+  });
+  return places;
+}
+
 // `coinciding`: of those that face one way, else of all.
 std::vector<bool> meshes_in_one_plane(std::span<const Mesh> meshes, std::span<const Instance> instances,
                                       bool coinciding) {
@@ -223,6 +252,7 @@ std::vector<bool> meshes_in_one_plane(std::span<const Mesh> meshes, std::span<co
   std::vector<std::size_t> firsts = {0};
   for (const Instance &i : instances) firsts.push_back(firsts.back() + meshes[i.mesh].triangle_count);
   if (firsts.back() > (coinciding ? kMostOpaqueTriangles : kMostTriangles)) return unknown;
+  if (coinciding && instances.size() > kMostOpaqueInstances) return unknown;
 
   // 1. Where the scene is, and how large: rounding grows with it. Planes' distances count from its middle.
   std::vector<Box> boxes(instances.size());
@@ -240,13 +270,23 @@ std::vector<bool> meshes_in_one_plane(std::span<const Mesh> meshes, std::span<co
   const vec3 center = (all.low + all.high) * 0.5f;
   const float distance_cell = std::max(kDistanceCell * extent, 1e-8f);
 
+  std::vector<std::vector<Box>> places;
+  if (coinciding) places = places_that_may_coincide(meshes, instances, boxes, distance_cell);
+  const auto asked = [&](std::size_t instance, const Triangle &t) {
+    if (!coinciding) return true;
+    const Box own{min(t.a, min(t.b, t.c)), max(t.a, max(t.b, t.c))};
+    return std::any_of(places[instance].begin(), places[instance].end(), [&](const Box &b) { return meet(own, b); });
+  };
+
   // 2. Cells of planes, and two by two what is in one.
   std::vector<std::uint64_t> cells(firsts.back());
   for (const float grid : kGrids) {
     parallel_for(instances.size(), [&](std::size_t k) {
       const Mesh &mesh = meshes[instances[k].mesh];
+      if (coinciding && places[k].empty()) return;
       for (std::size_t t = 0; t < mesh.triangle_count; ++t) {
-        cells[firsts[k] + t] = cell(world_triangle(mesh, instances[k], t), center, distance_cell, grid);
+        const Triangle triangle = world_triangle(mesh, instances[k], t);
+        cells[firsts[k] + t] = asked(k, triangle) ? cell(triangle, center, distance_cell, grid) : 0;
       }
     });
     const std::vector<Entry> entries = shared_cells(cells, firsts);

@@ -14,7 +14,8 @@ namespace cotorra {
 std::vector<bool> coplanar_meshes(std::span<const Mesh> meshes, std::span<const Instance> instances);
 
 // The same of triangles that face one way, as of two opaque tops in one place: an opaque thing hides what it stands on.
-// False where finding out would take too long.
+// False where finding out would take too long: in scenes of more than 100,000 triangles or 1,000 objects, and within a
+// mesh of more than 1,000.
 std::vector<bool> coinciding_meshes(std::span<const Mesh> meshes, std::span<const Instance> instances);
 
 }  // namespace cotorra

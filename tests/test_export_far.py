@@ -23,7 +23,7 @@ def test_a_ball_far_from_the_origin_is_named() -> None:
     assert text.startswith('Object "Sphere" lies so far from the origin that rays start 0.024 m above')
 
 
-@pytest.mark.parametrize(('distance', 'radius'), [(0.0, 1e-4), (10_000.0, 0.8), (50_000.0, 3.0)])
+@pytest.mark.parametrize(('distance', 'radius'), [(0.0, 1e-4), (10.0, 1e-4), (10_000.0, 0.8), (50_000.0, 3.0)])
 def test_others_are_not(distance: float, radius: float) -> None:
     assert messages(ball(distance, radius)) == []
 

@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..log import Log
 from .buffers import Instances, Mesh
@@ -17,26 +18,46 @@ from .buffers import Instances, Mesh
 LIFT = 4.8e-7  # of the largest coordinate: as in surface_shape
 # Of the object's size. With twice as much, tiles at a ball's foot were a tenth too dark beside Cycles'.
 MOST = 1.0 / 256.0
+FAR = 100.0  # metres from the origin; nearer, only crumbs of millimetres suffer
 
 
 def warn_far(instances: Instances, meshes: Sequence[Mesh], log: Log) -> None:
     """One warning, which names the object that suffers most."""
-    filled = [mesh.positions if len(mesh.positions) else np.zeros((1, 3), np.float32) for mesh in meshes]
-    if not filled or not len(instances.mesh) or not instances.names:
+    if not len(instances.mesh) or not instances.names:
         return
-    low = np.array([positions.min(axis=0) for positions in filled])[instances.mesh]
-    high = np.array([positions.max(axis=0) for positions in filled])[instances.mesh]
-    axes = instances.transform[:, :, :3]
-    middle = np.einsum('nij,nj->ni', axes, (low + high) / 2) + instances.transform[:, :, 3]
+    axes, origins = instances.transform[:, :, :3], instances.transform[:, :, 3]
+    # What cannot be far is not looked at: this runs with each edit of the viewport.
+    reach = np.array([_reach(mesh.positions) for mesh in meshes])[instances.mesh]
+    reach = np.abs(origins).max(axis=1) + np.abs(axes).sum(axis=2).max(axis=1) * reach
+    candidates = np.flatnonzero(reach > FAR)
+    if not len(candidates):
+        return
+    boxes = {index: _box(meshes[index].positions) for index in np.unique(instances.mesh[candidates])}
+    low, high = (np.array([boxes[index][end] for index in instances.mesh[candidates]]) for end in (0, 1))
+    axes, origins = axes[candidates], origins[candidates]
+    middle = np.einsum('nij,nj->ni', axes, (low + high) / 2) + origins
     size = np.linalg.norm(np.einsum('nij,nj->ni', axes, high - low), axis=1)
-    lift = LIFT * np.abs(middle).max(axis=1)
-    far = np.flatnonzero((lift > MOST * size) & (size > 0.0))
+    distance = np.abs(middle).max(axis=1)
+    lift = LIFT * distance
+    far = np.flatnonzero((distance > FAR) & (lift > MOST * size) & (size > 0.0))
     if not len(far):
         return
-    worst = far[np.argmax(lift[far] / size[far])]
+    among = far[np.argmax(lift[far] / size[far])]
+    worst = candidates[among]
     name = instances.names[min(worst, len(instances.names) - 1)]
     also = f' (and {len(far) - 1} more)' if len(far) > 1 else ''
     log.warning(
-        f'Object "{name}"{also} lies so far from the origin that rays start {lift[worst]:.2g} m above its surface: '
+        f'Object "{name}"{also} lies so far from the origin that rays start {lift[among]:.2g} m above its surface: '
         'shadows where things touch are too dark; move the scene to the origin'
     )
+
+
+def _reach(positions: NDArray[np.float32]) -> float:
+    """Largest coordinate, either way."""
+    return max(float(positions.max()), -float(positions.min())) if len(positions) else 0.0
+
+
+def _box(positions: NDArray[np.float32]) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+    if not len(positions):
+        return np.zeros(3, np.float32), np.zeros(3, np.float32)
+    return positions.min(axis=0), positions.max(axis=0)
