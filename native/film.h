@@ -104,6 +104,7 @@ struct FilmTile {
   Marks marks, shared_marks;
   std::uint32_t marked = 0;               // the number of samples that the last marks have
   float error_scale = 1.0f;               // adaptive sampling: of film_error, by how fast the error falls here
+  float error_fall = 1.41421356f;         // how much film_error fell where samples doubled last
   std::vector<std::uint32_t> samples;     // adaptive sampling: taken by each pixel
   std::vector<std::uint16_t> pending;     // adaptive sampling: pixels still to be sampled, along the Morton curve
   const std::vector<std::uint16_t> *order = nullptr;  // all pixels along the Morton curve, shared by tiles of a size

@@ -79,6 +79,7 @@ void measure_rate(FilmTile &tile, std::uint32_t samples) {
   const float fall = std::clamp(static_cast<float>(before / now), kLeastFall, kMostFall);
   const std::lock_guard lock(tile.mutex);
   tile.error_scale = 1.0f / std::sqrt(fall * fall - 1.0f);
+  tile.error_fall = std::clamp(static_cast<float>(before / now), 1.0f / kMostFall, kMostFall);
 }
 
 float noise_left(const FilmTile &tile, std::size_t pixel) {
@@ -90,8 +91,8 @@ float noise_left(const FilmTile &tile, std::size_t pixel) {
   const PixelMarks marks = marks_of(tile, pixel);
   const std::uint32_t last = std::bit_floor(n - 1);
   if (last < 4) return tile.error_scale * now;
-  // What the halves of the last mark differ by was learned from other samples; it fell since then as all do.
-  const float rate = std::log2(std::sqrt(1.0f + 1.0f / (tile.error_scale * tile.error_scale)));
+  // What the halves of the last mark differ by was learned from other samples; it fell since then as all did.
+  const float rate = std::log2(tile.error_fall);
   const auto m = static_cast<float>(last);
   const float before = film_error(marks.last, m, marks.before, 0.5f * m) * std::pow(m / all, rate);
   return tile.error_scale * 0.5f * (now + before);
