@@ -35,7 +35,7 @@ struct Triangle {
   vec3 a, b, c;
 };
 
-struct Box {
+struct Bounds {
   vec3 low{std::numeric_limits<float>::max()}, high{std::numeric_limits<float>::lowest()};
 
   // NaN is left out.
@@ -45,7 +45,7 @@ struct Box {
   }
 };
 
-bool meet(const Box &a, const Box &b) {
+bool meet(const Bounds &a, const Bounds &b) {
   const vec3 low = max(a.low, b.low), high = min(a.high, b.high);
   return low.x <= high.x && low.y <= high.y && low.z <= high.z;
 }
@@ -225,17 +225,17 @@ void find_coinciding(std::span<const Entry> plane, std::span<const Instance> ins
 }
 
 // By instance: boxes outside of which nothing of it coincides with anything else; `rounding` is what planes differ by.
-std::vector<std::vector<Box>> places_that_may_coincide(std::span<const Mesh> meshes,
-                                                       std::span<const Instance> instances, std::span<const Box> boxes,
-                                                       float rounding) {
-  std::vector<std::vector<Box>> places(instances.size());
+std::vector<std::vector<Bounds>> places_that_may_coincide(std::span<const Mesh> meshes,
+                                                          std::span<const Instance> instances,
+                                                          std::span<const Bounds> boxes, float rounding) {
+  std::vector<std::vector<Bounds>> places(instances.size());
   parallel_for(instances.size(), [&](std::size_t k) {
-    Box wide = boxes[k];
+    Bounds wide = boxes[k];
     wide.add(wide.low - vec3(rounding), wide.high + vec3(rounding));
-    Box around;
+    Bounds around;
     for (std::size_t j = 0; j < instances.size(); ++j) {
       if (j == k ? meshes[instances[k].mesh].triangle_count > kSmallMesh : !meet(wide, boxes[j])) continue;
-      const Box shared{max(wide.low, boxes[j].low - vec3(rounding)), min(wide.high, boxes[j].high + vec3(rounding))};
+      const Bounds shared{max(wide.low, boxes[j].low - vec3(rounding)), min(wide.high, boxes[j].high + vec3(rounding))};
       around.add(shared.low, shared.high);
       places[k].push_back(shared);
     }
@@ -255,7 +255,7 @@ std::vector<bool> meshes_in_one_plane(std::span<const Mesh> meshes, std::span<co
   if (coinciding && instances.size() > kMostOpaqueInstances) return unknown;
 
   // 1. Where the scene is, and how large: rounding grows with it. Planes' distances count from its middle.
-  std::vector<Box> boxes(instances.size());
+  std::vector<Bounds> boxes(instances.size());
   parallel_for(instances.size(), [&](std::size_t k) {
     const Mesh &mesh = meshes[instances[k].mesh];
     for (std::size_t t = 0; t < mesh.triangle_count; ++t) {
@@ -263,19 +263,19 @@ std::vector<bool> meshes_in_one_plane(std::span<const Mesh> meshes, std::span<co
       for (const vec3 p : {triangle.a, triangle.b, triangle.c}) boxes[k].add(p, p);
     }
   });
-  Box all;
-  for (const Box &box : boxes) all.add(box.low, box.high);
+  Bounds all;
+  for (const Bounds &box : boxes) all.add(box.low, box.high);
   const float extent = max_component(max(abs(all.low), abs(all.high)));
   if (!(all.low.x <= all.high.x) || !std::isfinite(extent)) return unknown;
   const vec3 center = (all.low + all.high) * 0.5f;
   const float distance_cell = std::max(kDistanceCell * extent, 1e-8f);
 
-  std::vector<std::vector<Box>> places;
+  std::vector<std::vector<Bounds>> places;
   if (coinciding) places = places_that_may_coincide(meshes, instances, boxes, distance_cell);
   const auto asked = [&](std::size_t instance, const Triangle &t) {
     if (!coinciding) return true;
-    const Box own{min(t.a, min(t.b, t.c)), max(t.a, max(t.b, t.c))};
-    return std::any_of(places[instance].begin(), places[instance].end(), [&](const Box &b) { return meet(own, b); });
+    const Bounds own{min(t.a, min(t.b, t.c)), max(t.a, max(t.b, t.c))};
+    return std::any_of(places[instance].begin(), places[instance].end(), [&](const Bounds &b) { return meet(own, b); });
   };
 
   // 2. Cells of planes, and two by two what is in one.

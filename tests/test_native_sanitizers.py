@@ -31,6 +31,8 @@ PYTHON = [
 ]
 NATIVE = [path for path in SOURCES if path not in PYTHON]
 ALL_FEATURES = functools.reduce(operator.or_, (v for k, v in kernels.constants().items() if k.startswith('FEATURE_')))
+ALONE = {'cpu_kernel', 'cpu_kernels', 'cpu_program', 'cpu_textures', 'device_no_vulkan'}  # defined by macros
+GROUPS = 6
 MEMORY = ('-fsanitize=address,undefined,float-cast-overflow', '-fno-sanitize-recover=all')
 THREADS = ('-fsanitize=thread',)
 
@@ -89,7 +91,23 @@ def kernel_flags(level: int, generated: Path, sanitizers: tuple[str, ...]) -> li
 
 def native_objects(level: int, generated: Path, sanitizers: tuple[str, ...]) -> list[Path]:
     """What knows no Python; the program and the module under the same sanitizers share it."""
-    return build_objects(f'native_v{level}', NATIVE, ('-fPIC', *kernel_flags(level, generated, sanitizers)))
+    sources = [path for path in NATIVE if path.stem in ALONE] + together(
+        [path for path in NATIVE if path.stem not in ALONE]
+    )
+    return build_objects(f'native_v{level}', sources, ('-fPIC', *kernel_flags(level, generated, sanitizers)))
+
+
+def together(sources: list[Path]) -> list[Path]:
+    """Files that include several of them each: most of the compiler's time are headers that all share."""
+    folder = BUILD / 'together'
+    folder.mkdir(parents=True, exist_ok=True)
+    made = []
+    for index in range(GROUPS):
+        text = ''.join(f'#include "{path}"\n' for path in sources[index::GROUPS])
+        made.append(folder / f'group_{index}.cpp')
+        if not made[-1].exists() or made[-1].read_text() != text:
+            made[-1].write_text(text)
+    return made
 
 
 @needs_compiler
