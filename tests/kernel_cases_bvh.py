@@ -104,12 +104,12 @@ CASES = [
     ),
     Case(
         'bvh_triangles',
-        RAY + 'hit.t = 1e30f; hit.u = 0.0f; hit.v = 0.0f; hit.triangle = 0u; hit.instance = INVALID_ID;'
+        RAY + 'hit.t = 1e30f; hit.u = 0.0f; hit.v = 0.0f; hit.triangle = 0u; hit.instance = INVALID_ID; hit.crossed = 0u;'
         'BvhTriangle triangle; triangle.p0 = p0; triangle.p1 = p1; triangle.p2 = p2; triangle.instance = INVALID_ID;'
         'triangle.triangle = 7u; triangle.mask = VISIBLE_ALL;'
         'met = bvh_meet_triangle(triangle, ray, 0.0f, 3u, uvec2(3u, left), hit) ? 1u : 0u;'
         'BvhWalk walk; walk.ray = ray; walk.instance = 3u; again.t = 1e30f; again.u = 0.0f; again.v = 0.0f;'
-        'again.triangle = 0u; again.instance = INVALID_ID;'
+        'again.triangle = 0u; again.instance = INVALID_ID; again.crossed = 0u;'
         'of_leaf = bvh_meet_leaf(triangle, walk, 0.0f, mask, uvec2(left, 7u), again) ? 1u : 0u;'
         'BvhData none; none.world_root = INVALID_ID; none.top_root = INVALID_ID;'
         'empty = bvh_trace(none, origin, direction, 0.0f, VISIBLE_ALL, true, uvec2(left, left), hit) ? 1u : 0u;'
