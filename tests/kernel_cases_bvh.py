@@ -104,7 +104,8 @@ CASES = [
     ),
     Case(
         'bvh_triangles',
-        RAY + 'hit.t = 1e30f; hit.u = 0.0f; hit.v = 0.0f; hit.triangle = 0u; hit.instance = INVALID_ID; hit.crossed = 0u;'
+        RAY
+        + 'hit.t = 1e30f; hit.u = 0.0f; hit.v = 0.0f; hit.triangle = 0u; hit.instance = INVALID_ID; hit.crossed = 0u;'
         'BvhTriangle triangle; triangle.p0 = p0; triangle.p1 = p1; triangle.p2 = p2; triangle.instance = INVALID_ID;'
         'triangle.triangle = 7u; triangle.mask = VISIBLE_ALL;'
         'met = bvh_meet_triangle(triangle, ray, 0.0f, 3u, uvec2(3u, left), hit) ? 1u : 0u;'
