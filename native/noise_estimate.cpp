@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The error of n samples from the picture as it was with half of them. Samples [0, n/2) and [n/2, n) are each as well
 // distributed as all of them, which every second one is not: shuffled indices make these a random choice of each pair,
-// whose error is larger than that of n/2 samples.
+// whose error is larger than that of n/2 samples. The halves of the last mark tell it once more, by other samples:
+// where pixels stop, the first alone is least.
 #include "noise_estimate.h"
 
 #include <algorithm>

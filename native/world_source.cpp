@@ -58,8 +58,9 @@ std::optional<WorldSource> world_source(const ShaderInput &shader, std::span<con
     if (reads_image(number)) {
       const int reference = shader.args[first + 1];
       if (reference >= 0) return std::nullopt;  // any image
-      const auto index = static_cast<std::size_t>(shader.constants[static_cast<std::size_t>(~reference)].x);
-      const ImageInput &image = images[index];
+      const float index = shader.constants[static_cast<std::size_t>(~reference)].x;
+      if (!(index >= 0.0f) || !(index < static_cast<float>(images.size()))) return std::nullopt;  // image_index
+      const ImageInput &image = images[static_cast<std::size_t>(index)];
       source.images.push_back({reinterpret_cast<std::uintptr_t>(image.pixels), image.width, image.height,
                                image.channels, image.format, image.srgb ? std::uintptr_t{1} : 0});
     }

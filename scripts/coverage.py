@@ -68,9 +68,11 @@ class Judge:
 
     def true_difference(self, settings: Any) -> float:
         """Of the converged picture from that of what was asked for, as a share of the mean; each once."""
+        from cotorra.auto.plan import LIMITS
         from cotorra.metrics import paired_difference
 
-        key = replace(settings, samples=self.asked.samples, adaptive=False, noise_threshold=0.0, light_threshold=0.0)
+        limits = {name: getattr(settings, name) for name in LIMITS}
+        key = replace(self.asked, integrator=settings.integrator, **limits)
         if key not in self.differences:
             a, b = (self.whole(entry, self.options.converged, TRUTH) for entry in (self.asked, key))
             self.differences[key] = paired_difference(a, b, self.mean).value

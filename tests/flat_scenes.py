@@ -39,8 +39,11 @@ class Flat:
 
 def node(tree: bpy.types.NodeTree, kind: str, **values: object) -> bpy.types.Node:
     made = tree.nodes.new(kind if kind.startswith(('Node', 'Geometry', 'Function')) else f'ShaderNode{kind}')
-    for name, value in values.items():
-        setattr(made, name, value)
+    for name, value in values.items():  # of inputs, or of what the node is set to
+        if name in made.inputs:
+            made.inputs[name].default_value = value
+        else:
+            setattr(made, name, value)
     return made
 
 

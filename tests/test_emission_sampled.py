@@ -37,12 +37,7 @@ def output(kind: str, name: str, **values: object) -> Value:
     """The absolute value of an output of a node, of vectors the first number and of normals the last."""
 
     def made(tree: Tree) -> bpy.types.NodeSocket:
-        found = node(tree, kind)
-        for key, value in values.items():
-            if key in found.inputs:
-                found.inputs[key].default_value = value
-            else:
-                setattr(found, key, value)
+        found = node(tree, kind, **values)
         return number(tree, found.outputs[name], 'Z' if 'Normal' in name else 'X')
 
     return made

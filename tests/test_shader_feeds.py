@@ -94,7 +94,7 @@ def test_nodes_of_a_type_have_the_same_inputs(kind: str) -> None:
     try:
         first, node = tree.nodes.new(kind), tree.nodes.new(kind)
     except RuntimeError:
-        pytest.skip('this Blender does not have it')
+        pytest.skip(f'this Blender has no {kind}, which another one has')
     layout(first)  # it is asked
     for choice in choices(node):
         assert list(inputs(node)) == [socket.identifier for socket in node.inputs], choice

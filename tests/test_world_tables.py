@@ -26,16 +26,7 @@ def made(scene: bpy.types.Scene, previous: object = None) -> object:
 
 
 def textured(kind: str, output: int | str = 0, **values: object) -> Sky:
-    def sky(tree: bpy.types.NodeTree) -> bpy.types.NodeSocket:
-        texture = node(tree, kind)
-        for name, value in values.items():
-            if name in texture.inputs:
-                texture.inputs[name].default_value = value
-            else:
-                setattr(texture, name, value)
-        return texture.outputs[output]
-
-    return sky
+    return lambda tree: node(tree, kind, **values).outputs[output]
 
 
 DEEP = {'feature': 'SMOOTH_F1', 'voronoi_dimensions': '4D', 'Detail': 15.0}
