@@ -327,20 +327,24 @@ FN vec3 bsdf_sample_half_vector(IN(Bsdf) bsdf, vec3 o, vec2 disk) {
   return half_vector_GGX(o, sqrt(bsdf.alpha2), bsdf.s_o, disk);
 }
 
-// The same for a material with a model other than Principled.
-FN void bsdf_sample_model(IN(Bsdf) bsdf, vec3 wo, float u_lobe, vec2 u, OUT(BsdfSample) s) {
-  bool specular;
-  s.wi = model_sample(bsdf.model, bsdf.n, bsdf.n_glossy, wo, u_lobe, u, specular);
+// What a direction of the highlight, or of the diffuse lobe, brings of a material with a model other than Principled.
+FN void bsdf_weigh_model(IN(Bsdf) bsdf, vec3 wo, bool specular, INOUT(BsdfSample) s) {
+  vec3 glossy;
+  const vec3 diffuse = bsdf_eval_lobes(bsdf, wo, s.wi, true, glossy, s.pdf);
+  s.weight = (diffuse + glossy) * select(s.pdf > 0.0f, 1.0f / s.pdf, 0.0f);
   s.lobe = select(specular, BSDF_GLOSSY, BSDF_DIFFUSE) | (bsdf.lobes & BSDF_SHARP);
-  if (specular && (bsdf.lobes & BSDF_SINGULAR) != 0u) {
+  if (specular && model_is_mirror(bsdf.model)) {
     s.lobe |= BSDF_SINGULAR;
     s.pdf = bsdf.p_glossy;
     s.weight = model_fresnel(bsdf.model, bsdf.no) * (bsdf.model.share / bsdf.p_glossy);
-    return;
   }
-  vec3 glossy;
-  const vec3 diffuse = bsdf_eval_lobes(bsdf, wo, s.wi, true, glossy, s.pdf);
-  s.weight = (diffuse + glossy) * (s.pdf > 0.0f ? 1.0f / s.pdf : 0.0f);
+}
+
+// A direction of such a material.
+FN void bsdf_sample_model(IN(Bsdf) bsdf, vec3 wo, float u_lobe, vec2 u, OUT(BsdfSample) s) {
+  bool specular;
+  s.wi = model_sample(bsdf.model, bsdf.n, bsdf.n_glossy, wo, u_lobe, u, specular);
+  bsdf_weigh_model(bsdf, wo, specular, s);
 }
 
 // A direction, from one of the lobes in proportion to their albedo.

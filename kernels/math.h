@@ -57,6 +57,30 @@ FN float cos_quarter(float x) {
   return 1.0f + x2 * (-0.5f + x2 * (0.0416666418f + x2 * (-0.00138873162f + x2 * 2.44331571e-5f)));
 }
 
+// exp(x) for x <= 0 without branches, so that loops over lanes become vector code: 2^n times a polynomial of the rest,
+// to 2e-7 down to -87, and from there on 0. The same bits on each device.
+FN float exp_lanes(float x) {
+  const float safe = select(x > -87.0f, x, -87.0f);
+  const float n = floor(safe * 1.44269504f + 0.5f);
+  // log(2) in two parts, the first short enough for exact products with n (Cody and Waite 1980).
+  const float f = (safe - n * 0.693359375f) + n * 2.12194440e-4f;
+  const float p =
+      1.0f +
+      f * (1.0f + f * (0.5f + f * (0.166666667f + f * (0.0416666667f + f * (0.00833333333f + f * 0.00138888889f)))));
+  return select(x > -87.0f, p * uintBitsToFloat(uint(int(n) + 127) << 23), 0.0f);
+}
+
+// log(x) for normal numbers x > 0 in the same manner, to 2e-7: of x = m 2^n with m from 0.707 to 1.414, log(m) is
+// 2 artanh((m - 1) / (m + 1)), whose next term is 3e-9 of it.
+FN float log_lanes(float x) {
+  const int n = int(floatBitsToUint(x) - 0x3f3504f3u) >> 23;
+  const float m = uintBitsToFloat(floatBitsToUint(x) - uint(n << 23));
+  const float z = (m - 1.0f) / (m + 1.0f);
+  const float z2 = z * z;
+  const float log_m = 2.0f * z * (1.0f + z2 * (1.0f / 3.0f + z2 * (0.2f + z2 * (1.0f / 7.0f + z2 * (1.0f / 9.0f)))));
+  return float(n) * 0.693359375f + (log_m - float(n) * 2.12194440e-4f);
+}
+
 // Smooth step between 0 and 1 of an argument that is clamped.
 FN float smoothstep01(float x) {
   const float t = clamp(x, 0.0f, 1.0f);

@@ -116,14 +116,12 @@ FN vec3 model_eval_diffuse(IN(ModelBsdf) m, vec3 n, vec3 wo, vec3 wi, float ni, 
   const float no = max(dot(n, wo), 0.0f);
   const float oi = dot(wo, wi);
   vec3 f = m.diffuse;
-  if (m.model == MODEL_TOON) return toon_color(m.diffuse, m.specular, m.form, ni) * (0.5f * INV_PI);
+  if (m.model == MODEL_TOON) f = toon_color(m.diffuse, m.specular, m.form, ni) * (0.5f / ni);
   if (m.model == MODEL_OREN_NAYAR) {
     const float sigma2 = m.sigma * m.sigma;
-    if (m.form == OREN_NAYAR_ENERGY_PRESERVING) {
-      f = eon_eval(f, m.sigma, no, ni, oi);
-    } else {
-      f = f * (oren_nayar_A(sigma2) + oren_nayar_B(sigma2) * oren_nayar_shape(no, ni, oi));
-    }
+    const vec3 qualitative = f * (oren_nayar_A(sigma2) + oren_nayar_B(sigma2) * oren_nayar_shape(no, ni, oi));
+    const bool energy = m.form == OREN_NAYAR_ENERGY_PRESERVING;
+    f = select(energy, eon_eval(f, m.sigma, no, ni, oi), qualitative);
   }
   if (m.model == MODEL_COOK_TORRANCE && m.form == SPLIT_ENERGY) f = f * (1.0f - model_fresnel(m, oh));
   return f * (ni * INV_PI);
@@ -131,7 +129,7 @@ FN vec3 model_eval_diffuse(IN(ModelBsdf) m, vec3 n, vec3 wo, vec3 wi, float ni, 
 
 // Density with which the diffuse lobe is sampled, at cosine ni.
 FN float model_diffuse_pdf(IN(ModelBsdf) m, float ni) {
-  return ni > 0.0f ? mix(ni * INV_PI, 0.5f * INV_PI, m.p_uniform) : 0.0f;
+  return select(ni > 0.0f, mix(ni * INV_PI, 0.5f * INV_PI, m.p_uniform), 0.0f);
 }
 
 // f cos(wi) of the diffuse lobe, and of the highlight beside it; pdf is that of model_sample. All are 0 below n.
@@ -139,15 +137,15 @@ FN float model_diffuse_pdf(IN(ModelBsdf) m, float ni) {
 FN vec3 model_eval(IN(ModelBsdf) m, vec3 n, vec3 n_glossy, float ni_glossy, vec3 wo, vec3 wi, OUT(vec3) specular,
                    OUT(float) pdf) {
   const float ni = dot(n, wi);
-  specular = vec3(0.0f);
-  pdf = 0.0f;
-  if (!(ni > 0.0f)) return vec3(0.0f);
+  const bool above = ni > 0.0f;
+  const float cosine = select(above, ni, 1.0f);
   HalfAngle a;
   half_angle(n_glossy, wo, wi, ni_glossy, a);
   float pdf_specular = 0.0f;
-  if (m.p_specular > 0.0f) specular = model_eval_specular(m, a, pdf_specular);
-  pdf = mix(model_diffuse_pdf(m, ni), pdf_specular, m.p_specular);
-  return model_eval_diffuse(m, n, wo, wi, ni, a.oh);
+  specular = vec3(0.0f);
+  if (m.p_specular > 0.0f && above) specular = model_eval_specular(m, a, pdf_specular);
+  pdf = select(above, mix(model_diffuse_pdf(m, cosine), pdf_specular, m.p_specular), 0.0f);
+  return select(above, model_eval_diffuse(m, n, wo, wi, cosine, a.oh), vec3(0.0f));
 }
 
 // ---- Sampling
@@ -169,12 +167,11 @@ FN vec3 model_sample(IN(ModelBsdf) m, vec3 n, vec3 n_glossy, vec3 wo, float u_lo
   vec3 t;
   vec3 b;
   orthonormal_basis(frame, t, b);
-  if (specular) {
-    const vec3 o = vec3(dot(wo, t), dot(wo, b), dot(wo, frame));
-    return to_world(model_sample_specular(m, o, u_lobe / m.p_specular, u), t, b, frame);
-  }
+  const vec3 o = vec3(dot(wo, t), dot(wo, b), dot(wo, frame));
   const float u_choice = (u_lobe - m.p_specular) / max(1.0f - m.p_specular, 1e-8f);
-  return to_world(hemisphere_mixture(m.p_uniform, u_choice, u), t, b, frame);
+  vec3 i = hemisphere_mixture(m.p_uniform, u_choice, u);
+  if (specular) i = model_sample_specular(m, o, u_lobe / m.p_specular, u);
+  return to_world(i, t, b, frame);
 }
 
 #ifdef __cplusplus

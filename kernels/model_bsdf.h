@@ -100,73 +100,79 @@ FN void half_angle(vec3 n, vec3 wo, vec3 wi, float ni, OUT(HalfAngle) a) {
 
 // ---- Cook-Torrance
 
+// From here on to the highlights nothing returns early: what is not asked for is passed over, or in loops over lanes,
+// which become vector code, computed and left.
+
 FN vec3 model_fresnel(IN(ModelBsdf) m, float c) {
-  if (m.fresnel == FRESNEL_DIELECTRIC) return vec3(F_Dielectric(c, c * c, m.eta));
+  vec3 f = m.specular + (1.0f - m.specular) * F_SchlickWeight(c);
+  if (m.fresnel == FRESNEL_F82) f = F_Schlick82(m.specular, 1.0f - m.specular, m.index_n, c);
+  if (m.fresnel == FRESNEL_DIELECTRIC) f = vec3(F_Dielectric(c, c * c, m.eta));
   if (m.fresnel == FRESNEL_CONDUCTOR) {
-    return vec3(F_Conductor(c, m.index_n.x, m.index_k.x), F_Conductor(c, m.index_n.y, m.index_k.y),
-                F_Conductor(c, m.index_n.z, m.index_k.z));
+    f = vec3(F_Conductor(c, m.index_n.x, m.index_k.x), F_Conductor(c, m.index_n.y, m.index_k.y),
+             F_Conductor(c, m.index_n.z, m.index_k.z));
   }
-  if (m.fresnel == FRESNEL_F82) return F_Schlick82(m.specular, 1.0f - m.specular, m.index_n, c);
-  return m.specular + (1.0f - m.specular) * F_SchlickWeight(c);
+  return f;
 }
 
 FN float model_distribution(IN(ModelBsdf) m, IN(HalfAngle) a) {
   const float alpha2 = m.alpha * m.alpha;
-  if (m.distribution == DISTRIBUTION_GGX) return D_GGX(a.sin2, 1.0f, alpha2);
-  if (m.distribution == DISTRIBUTION_BECKMANN) return D_Beckmann(a.sin2, a.nh, alpha2);
-  return D_BlinnPhong(a.sin2, a.nh, alpha2);
+  float d = D_GGX(a.sin2, 1.0f, alpha2);
+  if (m.distribution == DISTRIBUTION_BECKMANN) d = D_Beckmann(a.sin2, a.nh, alpha2);
+  if (m.distribution == DISTRIBUTION_BLINN_PHONG) d = D_BlinnPhong(a.sin2, a.nh, alpha2);
+  return d;
 }
 
 // nx Lambda(x) of the user's D; Blinn-Phong takes Beckmann's.
 FN float model_n_lambda(uint distribution, float nx, float alpha) {
-  return distribution == DISTRIBUTION_GGX ? N_LambdaGGX(nx, alpha * alpha) : N_LambdaBeckmann(nx, alpha);
+  float n_lambda = N_LambdaGGX(nx, alpha * alpha);
+  if (distribution != DISTRIBUTION_GGX) n_lambda = N_LambdaBeckmann(nx, alpha);
+  return n_lambda;
 }
 
 // G / (4 no).
 FN float model_masking(IN(ModelBsdf) m, IN(HalfAngle) a) {
-  if (m.masking == MASKING_COOK_TORRANCE) return V_Cavity(m.no, a.ni, a.nh, a.oh);
-  if (m.masking == MASKING_SCHLICK_GGX) return V_SchlickGGX(m.no, a.ni, m.alpha);
   const float n_lambda = model_n_lambda(m.distribution, a.ni, m.alpha);
-  if (m.masking == MASKING_SMITH) return V_Smith(m.no, m.n_lambda, a.ni, n_lambda);
-  return V_SmithCorrelated(m.no, m.n_lambda, a.ni, n_lambda);
+  float v = V_SmithCorrelated(m.no, m.n_lambda, a.ni, n_lambda);
+  if (m.masking == MASKING_SMITH) v = V_Smith(m.no, m.n_lambda, a.ni, n_lambda);
+  if (m.masking == MASKING_COOK_TORRANCE) v = V_Cavity(m.no, a.ni, a.nh, a.oh);
+  if (m.masking == MASKING_SCHLICK_GGX) v = V_SchlickGGX(m.no, a.ni, m.alpha);
+  return v;
 }
 
 // ---- Highlights
 
-// f cos of the highlight, and the density with which it is sampled. 0 for a mirror.
-FN vec3 model_eval_specular(IN(ModelBsdf) m, IN(HalfAngle) a, OUT(float) pdf) {
-  pdf = 0.0f;
-  if (!(a.ni > 0.0f) || !(m.no > 0.0f) || model_is_mirror(m)) return vec3(0.0f);
-  if (m.model == MODEL_PHONG) {
-    const float power = a.rv > 0.0f ? pow_near_one(a.rv, a.off_mirror, m.exponent) : 0.0f;
-    pdf = power * (m.exponent + 1.0f) * (0.5f * INV_PI);
-    return m.specular * (m.form != 0u ? power * a.ni : power);
-  }
-  if (m.model == MODEL_BLINN_PHONG) {
-    const float power = pow_near_one(a.nh * a.nh, a.sin2, 0.5f * m.exponent);
-    pdf = power * (m.exponent + 1.0f) * (0.125f * INV_PI) / a.oh;
-    return m.specular * (m.form != 0u ? power * a.ni : power);
-  }
+// f cos of the highlight for ni and no above 0, and the density with which it is sampled; not of a mirror.
+FN vec3 model_eval_phong(IN(ModelBsdf) m, IN(HalfAngle) a, OUT(float) pdf) {
+  const bool blinn = m.model == MODEL_BLINN_PHONG;
+  const float c = select(blinn, a.nh * a.nh, max(a.rv, 0.0f));
+  const float x = select(blinn, a.sin2, a.off_mirror);
+  const float power = select(c > 0.0f, pow_near_one(c, x, select(blinn, 0.5f, 1.0f) * m.exponent), 0.0f);
+  pdf = power * (m.exponent + 1.0f) * (0.5f * INV_PI) * select(blinn, 0.25f / a.oh, 1.0f);
+  return m.specular * select(m.form != 0u, power * a.ni, power);
+}
+FN vec3 model_eval_cook_torrance(IN(ModelBsdf) m, IN(HalfAngle) a, OUT(float) pdf) {
   const float d = model_distribution(m, a);
-  pdf = d * (model_samples_smith(m) ? 0.25f / m.visible : V_CavityVisible(m.no, a.nh, a.oh));
+  pdf = d * select(model_samples_smith(m), 0.25f / m.visible, V_CavityVisible(m.no, a.nh, a.oh));
   return model_fresnel(m, a.oh) * (m.share * d * model_masking(m, a));
 }
 
-// Where the highlight sends a ray from wo, which `o` is in the frame t, b, n.
-FN vec3 model_sample_specular(IN(ModelBsdf) m, vec3 o, float u_side, vec2 u) {
-  const vec2 disk = disk_from_square(u);
+// The same of any model; 0 where it has no highlight, or a mirror's.
+FN vec3 model_eval_specular(IN(ModelBsdf) m, IN(HalfAngle) a, OUT(float) pdf) {
+  vec3 f = vec3(0.0f);
+  pdf = 0.0f;
+  if (model_is_phong(m.model)) f = model_eval_phong(m, a, pdf);
+  if (m.model == MODEL_COOK_TORRANCE) f = model_eval_cook_torrance(m, a, pdf);
+  const bool seen = a.ni > 0.0f && m.no > 0.0f && !model_is_mirror(m);
+  pdf = select(seen, pdf, 0.0f);
+  return select(seen, f, vec3(0.0f));
+}
+
+// A half vector, of any length, that the highlight reflects wo about; `o` is wo in the frame of the highlight's normal.
+FN vec3 model_half_vector(IN(ModelBsdf) m, vec3 o, vec2 disk, float u_side, vec2 u) {
   vec3 h = vec3(0.0f, 0.0f, 1.0f);
-  if (m.model == MODEL_PHONG) {
-    // About the mirror direction, whose frame is its own.
-    const vec3 mirror = vec3(-o.x, -o.y, o.z);
-    vec3 t;
-    vec3 b;
-    orthonormal_basis(mirror, t, b);
-    return to_world(power_lobe(disk, m.exponent), t, b, mirror);
-  }
   if (m.model == MODEL_BLINN_PHONG) {
     h = power_lobe(disk, m.exponent);
-  } else if (!model_is_mirror(m)) {
+  } else if (m.model == MODEL_COOK_TORRANCE && !model_is_mirror(m)) {
     if (!model_samples_smith(m)) {
       h = half_vector_cavity(m.distribution, o, disk, u_side, m.alpha);
     } else if (m.distribution == DISTRIBUTION_BECKMANN) {
@@ -175,7 +181,23 @@ FN vec3 model_sample_specular(IN(ModelBsdf) m, vec3 o, float u_side, vec2 u) {
       h = half_vector_GGX(o, m.alpha, S_SmithGGX(o.z, m.alpha * m.alpha), disk);
     }
   }
-  return h * (2.0f * dot(o, h) / max(dot(h, h), 1e-30f)) - o;
+  return h;
+}
+
+// Where the highlight sends a ray from wo, in the same frame.
+FN vec3 model_sample_specular(IN(ModelBsdf) m, vec3 o, float u_side, vec2 u) {
+  const vec2 disk = disk_from_square(u);
+  const vec3 h = model_half_vector(m, o, disk, u_side, u);
+  vec3 i = h * (2.0f * dot(o, h) / max(dot(h, h), 1e-30f)) - o;
+  if (m.model == MODEL_PHONG) {
+    // About the mirror direction, whose frame is its own.
+    const vec3 mirror = vec3(-o.x, -o.y, o.z);
+    vec3 t;
+    vec3 b;
+    orthonormal_basis(mirror, t, b);
+    i = to_world(power_lobe(disk, m.exponent), t, b, mirror);
+  }
+  return i;
 }
 
 #ifdef __cplusplus

@@ -55,12 +55,12 @@ FN float visible_slope_Beckmann(float c, float s, float u) {
   float low = -5.0f;
   float high = min(c / max(s, 1e-6f), 5.0f);
   // The integral up to x is c sqrt(pi) erfc(-x) / 2 + s exp(-x^2) / 2.
-  const float e_high = exp(-high * high);
+  const float e_high = exp_lanes(-high * high);
   const float target = u * (0.886226925f * c * (2.0f - e_high * erfc_scaled(high)) + 0.5f * s * e_high);
   // A first guess: a logistic curve in place of the error function.
-  float x = clamp(0.415f * (log(max(u, 1e-7f)) - log_one_minus(u)), low, high);
+  float x = clamp(0.415f * (log_lanes(max(u, 1e-7f)) - log_one_minus(u)), low, high);
   for (uint i = 0u; i < 10u; ++i) {
-    const float e = exp(-x * x);
+    const float e = exp_lanes(-x * x);
     const float tail = e * erfc_scaled(abs(x));
     const float value = 0.886226925f * c * select(x < 0.0f, tail, 2.0f - tail) + 0.5f * s * e - target;
     low = select(value < 0.0f, x, low);

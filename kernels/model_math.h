@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Functions of one number that the reflection models need where the built-in ones cancel or are missing.
-// No directions and no light here.
+// No directions and no light here, and no branches: loops over lanes become vector code.
 #ifndef COTORRA_MODEL_MATH_H
 #define COTORRA_MODEL_MATH_H
 
@@ -16,18 +16,18 @@ FN float log_near_one(float c, float x) {
   const float z = x / (2.0f - x);
   const float z2 = z * z;
   const float series = -2.0f * z * (1.0f + z2 * (1.0f / 3.0f + z2 * (0.2f + z2 * (1.0f / 7.0f + z2 * (1.0f / 9.0f)))));
-  return select(x < 0.25f, series, log(max(c, 1e-37f)));
+  return select(x < 0.25f, series, log_lanes(max(c, 1e-37f)));
 }
 FN float log_one_minus(float x) { return log_near_one(1.0f - x, x); }
 
 // c^e, with c as above: so that exponents of a million still see how far from 1 it is.
-FN float pow_near_one(float c, float x, float e) { return exp(e * log_near_one(c, x)); }
+FN float pow_near_one(float c, float x, float e) { return exp_lanes(e * log_near_one(c, x)); }
 
 // 1 - exp(-y) for y >= 0; near 0 by Taylor's series, whose next term is 2e-7 of it.
 FN float one_minus_exp(float y) {
   const float tail = 1.0f - y * 0.2f * (1.0f - y * (1.0f / 6.0f) * (1.0f - y * (1.0f / 7.0f)));
   const float series = y * (1.0f - y * 0.5f * (1.0f - y * (1.0f / 3.0f) * (1.0f - y * 0.25f * tail)));
-  return select(y < 0.5f, series, 1.0f - exp(-y));
+  return select(y < 0.5f, series, 1.0f - exp_lanes(-y));
 }
 
 // exp(x^2) erfc(x) for x >= 0. Fitted by us as a polynomial in 1 / (1 + x / 2): relative error 4e-7 up to x = 6, and

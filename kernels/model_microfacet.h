@@ -19,7 +19,7 @@ namespace cotorra {
 // Beckmann & Spizzichino 1963, as in Cook & Torrance 1982, normalised. Below nh = 1e-6 the exponential is 0.
 FN float D_Beckmann(float sin2, float nh, float alpha2) {
   const float nh2 = max(nh * nh, 1e-12f);
-  return exp(-sin2 / (alpha2 * nh2)) * INV_PI / (alpha2 * nh2 * nh2);
+  return exp_lanes(-sin2 / (alpha2 * nh2)) * INV_PI / (alpha2 * nh2 * nh2);
 }
 
 // (p + 2) / (2 pi) nh^p (Blinn 1977, normalised) with p = 2 / alpha^2 - 2, which makes it as wide as Beckmann's
@@ -44,7 +44,7 @@ FN float N_LambdaBeckmannSlope(float nx, float slope) {
 // Without the fit, as sampling needs it: Lambda = (exp(-t^2) / (t sqrt(pi)) - erfc(t)) / 2 (Smith 1967).
 FN float N_LambdaBeckmannSlopeExact(float nx, float slope) {
   const float t = min(nx / slope, 1e3f);
-  return max(0.5f * exp(-t * t) * (slope * 0.564189584f - nx * erfc_scaled(t)), 0.0f);
+  return max(0.5f * exp_lanes(-t * t) * (slope * 0.564189584f - nx * erfc_scaled(t)), 0.0f);
 }
 
 // The same of an isotropic surface.

@@ -108,6 +108,7 @@ class Renderer {
   // ---- Stage 3: what the ray met. Lanes that go on are compacted to the front; returns how many.
   int shade(int lanes, uint bounce) {
     find_hits(tracer_, lanes);
+    b_.shading.model.present = 0;
     std::size_t next = 0;
     for (std::size_t i = 0; i < static_cast<std::size_t>(lanes); ++i) {
       const embree::RayHit<kWidth> &p = b_.packets[i / kWidth];

@@ -3,45 +3,10 @@
 // vectorise. Included by cpu_kernel.cpp alone, after the kernels, so that each instruction set has its own.
 #pragma once
 
-#include <cstddef>
-#include <cstdint>
-
-#include "../kernels/integrator.h"
-
-// Everything that a vectorised loop calls must be inlined into it; not with sanitizers, whose checks would take
-// minutes.
-#if defined(__GNUC__) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
-#define COTORRA_FLATTEN [[gnu::flatten, gnu::noinline]]
-#define COTORRA_APART [[gnu::noinline]]
-#else
-#define COTORRA_FLATTEN
-#define COTORRA_APART
-#endif
+#include "cpu_models.h"
 
 namespace cotorra {
 namespace {
-
-constexpr int kLanes = 1024;  // paths of one batch
-
-template <class T, std::size_t N>
-struct alignas(64) Array {
-  T items[N + 64 / sizeof(T) +
-          1];  // a cache line more: arrays a page apart would share the same few lines of the cache
-  T &operator[](std::size_t i) { return items[i]; }
-  const T &operator[](std::size_t i) const { return items[i]; }
-  T *data() { return items; }
-  const T *data() const { return items; }
-};
-using Floats = Array<float, kLanes>;
-struct Vec3s {
-  Floats x, y, z;
-  vec3 get(std::size_t i) const { return {x[i], y[i], z[i]}; }
-  void set(std::size_t i, vec3 v) {
-    x[i] = v.x;
-    y[i] = v.y;
-    z[i] = v.z;
-  }
-};
 
 // The shading points of a batch, field by field: loops over lanes vectorise. Bsdf of kernels/bsdf.h, and what a lamp's
 // sample needs beside it.
@@ -51,14 +16,11 @@ struct ShadingLanes {
   Vec3s n, n_smooth, n_glossy, diffuse, metal_f0, metal_range, metal_edge, coating_f0, coating_f90;
   Floats p_glossy, no, alpha2, s_o, eta, fresnel_f0;
   Array<uint, kLanes> lobes;
-  Array<ModelBsdf, FEATURE(FEATURE_MODELS) ? kLanes : 1> model;
+  ModelLanes model;
   Array<Lobe, FEATURE(FEATURE_LOBES) ? kLanes : 1> lobe;  // where its kind is not LOBE_NONE, it takes over
 
   void set_bsdf(std::size_t i, const Bsdf &b) {
-    if (FEATURE(FEATURE_MODELS)) {
-      model[i].model = b.model.model;
-      if (b.model.model != MODEL_PRINCIPLED) model[i] = b.model;
-    }
+    if (FEATURE(FEATURE_MODELS)) model.set(i, b.model);
     n.set(i, b.n);
     diffuse.set(i, b.diffuse);
     if (FEATURE(FEATURE_PROGRAMS)) n_smooth.set(i, b.n_smooth);
@@ -85,23 +47,25 @@ struct ShadingLanes {
   const Lobe &lobe_of(std::size_t i) const { return lobe[FEATURE(FEATURE_LOBES) ? i : 0]; }
   // For one lane at a time.
   Bsdf bsdf(std::size_t i) const {
-    Bsdf b = principled(i);
-    if (FEATURE(FEATURE_MODELS) && has_model(i)) b.model = model[i];
+    const uint of_model = FEATURE(FEATURE_MODELS) ? model.model[i] : MODEL_PRINCIPLED;
+    if (of_model == MODEL_PRINCIPLED) return principled(i);
+    Bsdf b{};
+    model_bsdf(i, of_model, b);
     return b;
   }
-  // Of a lane with a model: what of Bsdf counts for it.
-  Bsdf model_bsdf(std::size_t i) const {
-    Bsdf b;
+  // Of a lane that has this model: what of Bsdf counts for it. In its place, since loops with a copy of a struct would
+  // not vectorise.
+  void model_bsdf(std::size_t i, uint of_model, Bsdf &b) const {
     b.n = n.get(i);
     b.n_glossy = n_glossy.get(i);
-    b.n_smooth = FEATURE(FEATURE_PROGRAMS) ? n_smooth.get(i) : b.n;
+    b.n_smooth = n.get(i);
+    if (FEATURE(FEATURE_PROGRAMS)) b.n_smooth = n_smooth.get(i);
+    b.diffuse = diffuse.get(i);
     b.p_glossy = p_glossy[i];
     b.no = no[i];
     b.lobes = lobes[i];
-    b.model = model[i];
-    return b;
+    model.get(i, of_model, b.model);
   }
-  bool has_model(std::size_t i) const { return model[i].model != MODEL_PRINCIPLED; }
   // For loops that vectorise: as if no lane had a model, which the compiler sees.
   Bsdf principled(std::size_t i) const {
     Bsdf b{};
@@ -161,10 +125,10 @@ struct LightLanes {
   Vec3s origin, wi, contribution;
   Floats distance;
   Floats lift;  // terminator_amount, below 0: behind the surface
-  Vec3s weight;  // for lanes that are done one at a time
+  Vec3s weight;  // for lanes that are done in loops of their own
   Floats pdf;
 };
-constexpr bool kSingleLanes = FEATURE(FEATURE_LOBES) || FEATURE(FEATURE_MODELS);
+constexpr bool kLaterLanes = FEATURE(FEATURE_LOBES) || FEATURE(FEATURE_MODELS);
 
 // What each lane's sample of its BSDF is.
 struct BounceLanes {
@@ -197,19 +161,29 @@ COTORRA_FLATTEN void shape_surfaces(HitLanes &in, int n, ShadingLanes &out) {
   }
 }
 
-// A lamp's samples for lanes whose surface is a Lobe or has a model, one after the other. Apart, since there is a loop
-// over all lanes for each kind of lamp.
+// A lamp's samples for lanes whose surface is a Lobe, one after the other. Apart, since there is a loop over all lanes
+// for each kind of lamp.
 COTORRA_FLATTEN void sample_lamp_singly(const SceneData &scene, const Light &light, const ShadingLanes &in, int n,
                                         LightLanes &out) {
   for (std::size_t i = 0; i < static_cast<std::size_t>(n); ++i) {
-    const bool lobe = FEATURE(FEATURE_LOBES) && has_lobe(in.lobe_of(i));
-    if (!lobe && !(FEATURE(FEATURE_MODELS) && in.has_model(i))) continue;
+    if (!has_lobe(in.lobe_of(i))) continue;
     const LightSample l{out.wi.get(i), out.distance[i], out.weight.get(i), out.pdf[i]};
-    const vec3 wo = in.wo.get(i);
-    const vec3 throughput = in.throughput.get(i);
-    out.contribution.set(
-        i, lobe ? lobe_light_contribution(scene, light, l, in.bsdf(i), in.lobe_of(i), wo, throughput, 1.0f)
-                : light_contribution(light, l, in.model_bsdf(i), wo, throughput, 1.0f));
+    out.contribution.set(i, lobe_light_contribution(scene, light, l, in.bsdf(i), in.lobe_of(i), in.wo.get(i),
+                                                    in.throughput.get(i), 1.0f));
+  }
+}
+
+// The same for lanes with a model.
+template <uint kModel>
+COTORRA_UNTHREADED COTORRA_FLATTEN void sample_lamp_model(const Light &lamp, const ShadingLanes &in, int n,
+                                                          LightLanes &out) {
+  const Light light = lamp;
+  COTORRA_EACH {
+    const LightSample l{out.wi.get(i), out.distance[i], out.weight.get(i), out.pdf[i]};
+    Bsdf bsdf;
+    in.model_bsdf(i, kModel, bsdf);
+    const vec3 light_here = light_contribution(light, l, bsdf, in.wo.get(i), in.throughput.get(i), 1.0f);
+    out.contribution.set(i, select(in.model.model[i] == kModel, light_here, out.contribution.get(i)));
   }
 }
 
@@ -245,11 +219,14 @@ COTORRA_FLATTEN void sample_lamp(const SceneData &scene, const Light &lamp, cons
     out.lift[i] = select(n_wi < 0.0f, -lift, lift);
     out.wi.set(i, l.wi);
     out.distance[i] = l.distance;
-    if (!kSingleLanes) continue;
+    if (!kLaterLanes) continue;
     out.weight.set(i, l.weight);
     out.pdf[i] = l.pdf;
   }
-  if (kSingleLanes) sample_lamp_singly(scene, light, in, n, out);
+  if (FEATURE(FEATURE_MODELS)) {
+    each_model(in.model, [&](auto model) { sample_lamp_model<model()>(light, in, n, out); });
+  }
+  if (FEATURE(FEATURE_LOBES)) sample_lamp_singly(scene, light, in, n, out);
 }
 
 // Dims each lane's sample of a lamp by the lamp's shape. A loop of its own: Blender's own lamps have nothing to do
@@ -271,19 +248,50 @@ inline void set_sample(const BsdfSample &b, std::size_t i, BounceLanes &out) {
   out.lobe[i] = b.lobe;
 }
 
-// The lanes whose surface is a Lobe or has a model.
+// The lanes whose surface is a Lobe.
 COTORRA_APART void sample_bsdf_singly(const SceneData &scene, const ShadingLanes &in, const float *choice,
                                       const float *u, const float *v, int n, BounceLanes &out) {
   for (std::size_t i = 0; i < static_cast<std::size_t>(n); ++i) {
+    if (!has_lobe(in.lobe_of(i))) continue;
     BsdfSample b;
-    if (FEATURE(FEATURE_LOBES) && has_lobe(in.lobe_of(i))) {
-      scattering_sample(scene, in.bsdf(i), in.lobe_of(i), in.wo.get(i), choice[i], vec2(u[i], v[i]), b);
-    } else if (FEATURE(FEATURE_MODELS) && in.has_model(i)) {
-      bsdf_sample(in.model_bsdf(i), in.wo.get(i), choice[i], vec2(u[i], v[i]), b);
-    } else {
-      continue;
-    }
+    scattering_sample(scene, in.bsdf(i), in.lobe_of(i), in.wo.get(i), choice[i], vec2(u[i], v[i]), b);
     set_sample(b, i, out);
+  }
+}
+
+// Directions of the lanes with a model, and whether each is of the highlight. Cook-Torrance's search for half vectors
+// is no vector code.
+template <uint kModel>
+COTORRA_FLATTEN void sample_directions(const ShadingLanes &in, const float *choice, const float *u, const float *v,
+                                       int n, Vec3s &wi, Array<uint, kLanes> &specular) {
+  COTORRA_EACH {
+    if (kModel == MODEL_COOK_TORRANCE && in.model.model[i] != kModel) continue;
+    Bsdf bsdf;
+    in.model_bsdf(i, kModel, bsdf);
+    bool highlight;
+    wi.set(i, model_sample(bsdf.model, bsdf.n, bsdf.n_glossy, in.wo.get(i), choice[i], vec2(u[i], v[i]), highlight));
+    specular[i] = highlight ? 1u : 0u;
+  }
+}
+
+// Samples of the lanes with a model.
+template <uint kModel>
+COTORRA_UNTHREADED COTORRA_FLATTEN void sample_bsdf_model(const ShadingLanes &in, const float *choice, const float *u,
+                                                          const float *v, int n, BounceLanes &out) {
+  Vec3s wi;
+  Array<uint, kLanes> specular;
+  sample_directions<kModel>(in, choice, u, v, n, wi, specular);
+  COTORRA_EACH {
+    Bsdf bsdf;
+    in.model_bsdf(i, kModel, bsdf);
+    BsdfSample b;
+    b.wi = wi.get(i);
+    bsdf_weigh_model(bsdf, in.wo.get(i), specular[i] != 0u, b);
+    const bool mine = in.model.model[i] == kModel;
+    out.wi.set(i, select(mine, b.wi, out.wi.get(i)));
+    out.weight.set(i, select(mine, b.weight, out.weight.get(i)));
+    out.pdf[i] = mine ? b.pdf : out.pdf[i];
+    out.lobe[i] = mine ? b.lobe : out.lobe[i];
   }
 }
 
@@ -294,7 +302,10 @@ COTORRA_FLATTEN void sample_bsdf(const SceneData &scene, const ShadingLanes &in,
     bsdf_sample(in.principled(i), in.wo.get(i), choice[i], vec2(u[i], v[i]), b);
     set_sample(b, i, out);
   }
-  if (kSingleLanes) sample_bsdf_singly(scene, in, choice, u, v, n, out);
+  if (FEATURE(FEATURE_MODELS)) {
+    each_model(in.model, [&](auto model) { sample_bsdf_model<model()>(in, choice, u, v, n, out); });
+  }
+  if (FEATURE(FEATURE_LOBES)) sample_bsdf_singly(scene, in, choice, u, v, n, out);
 }
 
 using SampleLamp = void (*)(const SceneData &, const Light &, const ShadingLanes &, const float *, const float *, int,

@@ -10,21 +10,7 @@
 #include <utility>
 
 #include "../kernels/language.h"
-
-// Everything that a loop calls is inlined into it, or it would not vectorise; not with sanitizers, whose checks would
-// take minutes.
-#if defined(__GNUC__) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
-#define COTORRA_LOOP [[gnu::flatten, gnu::noinline]] static
-#else
-#define COTORRA_LOOP [[maybe_unused]] static
-#endif
-
-// Over n points. No column of a result is one of the arguments.
-#if defined(__GNUC__) && !defined(__clang__)
-#define COTORRA_EACH _Pragma("GCC ivdep") for (std::size_t i = 0; i < static_cast<std::size_t>(n); ++i)
-#else
-#define COTORRA_EACH for (std::size_t i = 0; i < static_cast<std::size_t>(n); ++i)
-#endif
+#include "cpu_vector.h"
 
 namespace cotorra {
 

@@ -95,17 +95,6 @@ FN float cos_lanes(float x) {
   return select(((n + 1) & 2) != 0, -c, c);
 }
 
-// exp(x) for x <= 0 as vector code: 2^n times a polynomial of the rest, to 2e-7.
-FN float exp_lanes(float x) {
-  const float t = select(x > -87.0f, x, -87.0f) * 1.44269504f;
-  const float n = floor(t + 0.5f);
-  const float f = (t - n) * 0.693147181f;
-  const float p =
-      1.0f +
-      f * (1.0f + f * (0.5f + f * (0.166666667f + f * (0.0416666667f + f * (0.00833333333f + f * 0.00138888889f)))));
-  return p * uintBitsToFloat(uint(int(n) + 127) << 23);
-}
-
 #ifdef __cplusplus
 }  // namespace cotorra
 #endif
