@@ -57,6 +57,20 @@ FN float cos_quarter(float x) {
   return 1.0f + x2 * (-0.5f + x2 * (0.0416666418f + x2 * (-0.00138873162f + x2 * 2.44331571e-5f)));
 }
 
+// atan2(y, x) without branches, to 2e-7 of it; the angle of (0, 0) is 0. Up to pi/8 it is Taylor with the last terms
+// fitted, and up to pi/4 what is missing of that.
+FN float angle_lanes(float y, float x) {
+  const float ratio = min(abs(x), abs(y)) / max(max(abs(x), abs(y)), 1e-37f);
+  const bool steep = ratio > 0.414213562f;
+  const float a = select(steep, (ratio - 1.0f) / (ratio + 1.0f), ratio);
+  const float a2 = a * a;
+  const float p = a + a * a2 * (-0.333329558f + a2 * (0.199779257f + a2 * (-0.138798490f + a2 * 0.0806030482f)));
+  const float to_axis = select(steep, 0.25f * PI + p, p);
+  const float to_x = select(abs(y) > abs(x), 0.5f * PI - to_axis, to_axis);
+  const float up = select(x < 0.0f, PI - to_x, to_x);
+  return select(y < 0.0f, -up, up);
+}
+
 // exp(x) for x <= 0 without branches, so that loops over lanes become vector code: 2^n times a polynomial of the rest,
 // to 2e-7 down to -87, and from there on 0. The same bits on each device.
 FN float exp_lanes(float x) {

@@ -141,6 +141,7 @@ struct Batch final : Workspace {
   Array<SurfaceShading, FEATURE(FEATURE_PROGRAMS) ? kLanes : 1> shaded;
   Alpha alpha_context;
   Array<LightWeights, FEATURE(FEATURE_LIGHT_TREE) ? kLanes : 1> light_weights;
+  VectorArray<FEATURE(FEATURE_PROGRAMS) ? kLanes : 1> sky;  // what the background shows, where programs tell it
 };
 
 }  // namespace

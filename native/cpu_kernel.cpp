@@ -25,6 +25,7 @@ constexpr std::uint32_t KERNEL_FEATURES = COTORRA_KERNEL_FEATURES;
 #include "cpu_toon.h"
 #include "cpu_visibility.h"
 #include "cpu_whitted.h"
+#include "cpu_world.h"
 
 namespace cotorra {
 namespace {
@@ -108,6 +109,7 @@ class Renderer {
   // ---- Stage 3: what the ray met. Lanes that go on are compacted to the front; returns how many.
   int shade(int lanes, uint bounce) {
     find_hits(tracer_, lanes);
+    if (FEATURE(FEATURE_WORLD)) see_background(tracer_, lanes);
     b_.shading.model.present = 0;
     std::size_t next = 0;
     for (std::size_t i = 0; i < static_cast<std::size_t>(lanes); ++i) {
@@ -301,10 +303,13 @@ class Renderer {
 
   void sample_world(int lanes, uint bounce) {
     fill_pairs(b_.random.data(), lanes, pair_seed(bounce, PAIR_WORLD), b_.u2.data(), b_.v2.data());
+    sample_background(tracer_, lanes, b_.u2.data(), b_.v2.data(), bounce);
     for (std::size_t i = 0; i < static_cast<std::size_t>(lanes); ++i) {
       ShadowRay ray;
-      const bool sent = path_sample_world(scene_, b_.path[i], b_.surface[i], b_.shading.bsdf(i), b_.shading.lobe_of(i),
-                                          b_.shading.wo.get(i), vec2(b_.u2[i], b_.v2[i]), ray);
+      const vec3 light = b_.light.contribution.get(i);
+      Surface bare = b_.surface[i];
+      if (FEATURE(FEATURE_PROGRAMS)) bare.n = b_.shading.n_smooth.get(i);
+      const bool sent = world_shadow_ray(scene_, bare, b_.light.wi.get(i), light, ray);
       if (FEATURE(FEATURE_HEALTH)) note_sample(tracer_, i, ray, kNobody);
       if (sent) queue_shadow(tracer_, ray, i, LAST_SHARED_PAIR, bounce);
     }

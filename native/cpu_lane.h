@@ -6,6 +6,7 @@
 #include "cpu_health.h"
 #include "cpu_passes.h"
 #include "cpu_visibility.h"
+#include "cpu_world.h"
 
 namespace cotorra {
 namespace {
@@ -101,6 +102,12 @@ void note_found(const Lane &lane, const PathState &path, vec3 light, uint place,
              {0, place, lamp ? kNobody : id, lamp ? id : kNobody, path.bounce, 0, kWeightArgument});
 }
 
+// What the background shows the lane's ray, which met nothing.
+vec3 world_seen(const Lane &lane, const PathState &path, vec3 direction) {
+  if (world_runs_in_batches(lane.t)) return lane.t.batch.sky.get(lane.i);
+  return world_radiance(*lane.t.job.scene, path_background(path, direction));
+}
+
 // Whitted's rays wait by depth; see cpu_whitted.h.
 void push_ray(const Lane &lane, const PendingRay &ray) {
   lane.t.batch.classic->pending[ray.path.bounce].push_back(ray);
@@ -120,6 +127,7 @@ void push_ray(const Lane &lane, const PendingRay &ray) {
 #define FILTER_OFFSET(lane) vec2((lane).t.batch.u[(lane).slot], (lane).t.batch.v[(lane).slot])
 #define GROUP_LIGHT(lane, group) (lane).t.batch.groups[(lane).slot * JOB.light_groups + (group)]
 #define LAMP_LIGHT(lane, lamp) (lane).t.batch.lamps[(lane).slot * JOB.lamp_passes + (lamp)]
+#define WORLD_SEEN world_seen
 #define MEDIUM(lane) (lane).t.batch.classic->medium[(lane).i]
 #define NOTE_EMISSION note_emission
 #define NOTE_ENVIRONMENT note_environment

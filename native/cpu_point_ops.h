@@ -182,7 +182,7 @@ inline void prefetch_texel(const Texture &t, int x, int y, uint extension) {
 }
 
 #if defined(__GNUC__)
-// RGB and RGBA of 8 bits, which most images are: texture_gather with the four numbers of a texel side by side.
+// texture_gather with the four numbers of a texel side by side: of RGB and RGBA of 8 bits, which most images are.
 using FourFloats = float __attribute__((vector_size(16)));
 using FourInts = std::int32_t __attribute__((vector_size(16)));
 using FourBytes = std::uint8_t __attribute__((vector_size(4)));
@@ -205,25 +205,39 @@ inline FourFloats byte_texel(const Texture &t, int x, int y) {
   return __builtin_convertvector(__builtin_convertvector(numbers, FourInts), FourFloats) * (1.0f / 255.0f);
 }
 
-inline vec4 gather_byte_texels(const Texture &t, const TexturePlace &p, uint extension) {
+// The same of RGBA in floats, as most images of the sky are; what is no number is 0.
+inline FourFloats float_texel(const Texture &t, int x, int y) {
+  if (x < 0 || y < 0) return FourFloats{};
+  const std::size_t place = (std::size_t{static_cast<uint>(y)} * t.width + static_cast<uint>(x)) * 4;
+  FourFloats c;
+  std::memcpy(&c, t.texels.v + place, sizeof(c));
+  return (c < INFINITE_DISTANCE) & (c > -INFINITE_DISTANCE) ? c : FourFloats{};
+}
+
+template <class Texel>
+vec4 gather_four(const Texture &t, const TexturePlace &p, uint extension, Texel texel) {
   const int columns[2] = {texture_wrap(p.x, static_cast<int>(t.width), extension),
                           texture_wrap(p.x + 1, static_cast<int>(t.width), extension)};
   FourFloats sum{};
   for (int j = 0; j < 2; ++j) {
     const int row = texture_wrap(p.y + j, static_cast<int>(t.height), extension);
     FourFloats line{};
-    line = line + byte_texel(t, columns[0], row) * (1.0f - p.fx);
-    line = line + byte_texel(t, columns[1], row) * p.fx;
+    line = line + texel(t, columns[0], row) * (1.0f - p.fx);
+    line = line + texel(t, columns[1], row) * p.fx;
     sum = sum + line * (j == 0 ? 1.0f - p.fy : p.fy);
   }
   return {sum[0], sum[1], sum[2], sum[3]};
 }
-inline bool has_byte_texels(const Texture &t) { return t.format == TEXELS_UINT8 && t.channels >= 3u; }
-#else
-inline vec4 gather_byte_texels(const Texture &t, const TexturePlace &p, uint extension) {
+
+inline vec4 gather_linear(const Texture &t, const TexturePlace &p, uint extension) {
+  if (t.format == TEXELS_UINT8 && t.channels >= 3u) return gather_four(t, p, extension, byte_texel);
+  if (t.format == TEXELS_FLOAT && t.channels == 4u) return gather_four(t, p, extension, float_texel);
   return texture_gather(t, p, INTERPOLATION_LINEAR, extension);
 }
-inline bool has_byte_texels(const Texture &) { return false; }
+#else
+inline vec4 gather_linear(const Texture &t, const TexturePlace &p, uint extension) {
+  return texture_gather(t, p, INTERPOLATION_LINEAR, extension);
+}
 #endif
 
 // Flat, by the interpolation: image_lookup of a block of points.
@@ -231,7 +245,7 @@ template <uint kInterpolation>
 struct FlatImage {
   COTORRA_LOOP void run(const SceneData &scene, uint mode, bool alpha, Columns a, int n, Results out) {
     for (int begin = 0; begin < n; begin += kTexelBlock) {
-      const float *const columns[] = {a[0] + begin, a[1] + begin, a[3] + begin};
+      const float *const columns[] = {a[0] + begin, a[1] + begin, a[3] + begin};  // s, t, image
       float *const parts[] = {out[0] + begin, alpha ? nullptr : out[1] + begin, alpha ? nullptr : out[2] + begin};
       block(scene, mode, alpha, columns, std::min(n - begin, kTexelBlock), parts);
     }
@@ -262,8 +276,8 @@ struct FlatImage {
     // 2. The texels, filtered.
     COTORRA_EACH {
       const Texture &image = scene.textures.v[image_index(scene, a[2][i])];
-      const vec4 c = kInterpolation == INTERPOLATION_LINEAR && has_byte_texels(image)
-                         ? gather_byte_texels(image, t.place[i], extension)
+      const vec4 c = kInterpolation == INTERPOLATION_LINEAR
+                         ? gather_linear(image, t.place[i], extension)
                          : texture_gather(image, t.place[i], kInterpolation, extension);
       t.r[i] = c.x;
       t.g[i] = c.y;
@@ -293,6 +307,38 @@ COTORRA_LOOP void mapped_image(const SceneData &scene, uint mode, bool alpha, Co
     out[2][i] = c.z;
   }
 }
+
+// From all directions, by the interpolation: op_environment_v of a block of points.
+template <uint kInterpolation>
+struct EnvironmentImage {
+  COTORRA_LOOP void run(const SceneData &scene, uint mode, Columns a, int n, Results out) {
+    for (int begin = 0; begin < n; begin += kTexelBlock) {
+      float s[kTexelBlock], t[kTexelBlock];
+      const float *const columns[] = {a[0] + begin, a[1] + begin, a[2] + begin};
+      const int count = std::min(n - begin, kTexelBlock);
+      map(image_projection(mode) == 0u, columns, count, s, t);
+      const float *const places[] = {s, t, a[3] + begin};
+      float *const parts[] = {out[0] + begin, out[1] + begin, out[2] + begin};
+      FlatImage<kInterpolation>::block(scene, mode, false, places, count, parts);
+    }
+  }
+
+  static void map(bool equirectangular, Columns a, int n, float *s, float *t) {
+    if (equirectangular) {
+      COTORRA_EACH {
+        const vec2 place = map_equirectangular(normalize_or_zero(column_vector(a, 0, i)));
+        s[i] = place.x;
+        t[i] = place.y;
+      }
+    } else {
+      COTORRA_EACH {
+        const vec2 place = map_mirror_ball(normalize_or_zero(column_vector(a, 0, i)));
+        s[i] = place.x;
+        t[i] = place.y;
+      }
+    }
+  }
+};
 bool run_image(const SceneData &scene, uint mode, bool alpha, Columns a, int n, Results out) {
   if (image_projection(mode) == PROJECTION_FLAT) {
     return run_mode<FlatImage, 4>(mode & 3u, std::cref(scene), mode, alpha, a, n, out);
@@ -318,6 +364,8 @@ bool run_table(const SceneData &scene, uint op, uint mode, Columns a, int n, Res
     case OP_IMAGE_V:
     case OP_IMAGE_F:
       return run_image(scene, mode, op == OP_IMAGE_F, a, n, out);
+    case OP_ENVIRONMENT_V:
+      return run_mode<EnvironmentImage, 4>(mode & 3u, std::cref(scene), mode, a, n, out);
     default:
       return false;
   }

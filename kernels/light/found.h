@@ -113,20 +113,30 @@ FN vec3 world_radiance(IN(SceneData) scene, IN(ShaderPoint) at) {
   return light_numbers(program_value(scene, at, scene.world_program, scene.world_constants));
 }
 
-// The background, for a ray that met no surface.
-FN vec3 path_escape(IN(SceneData) scene, IN(PathState) path, vec3 direction) {
-  // It lights what the ray leaves: the vertex before this one. The camera always sees it.
+// The background's point along a ray that met no surface.
+FN ShaderPoint path_background(IN(PathState) path, vec3 direction) {
+  ShaderPoint at = background_point(direction);
+  path_counts(path, at);
+  return at;
+}
+
+// Does such a ray see the background? It lights what the ray leaves: the vertex before this one. The camera always
+// sees it.
+FN bool path_sees_world(IN(SceneData) scene, IN(PathState) path) {
   const bool lights = path.bounce == 0u || path.bounce - 1u <= scene.world_max_bounces;
-  if ((scene.world_visibility & path.ray_kind) == 0u || !lights) return vec3(0.0f);
+  return (scene.world_visibility & path.ray_kind) != 0u && lights;
+}
+
+// What such a ray brings, where the background shows it `sky`.
+FN vec3 path_escape(IN(SceneData) scene, IN(PathState) path, vec3 direction, vec3 sky) {
+  if (!path_sees_world(scene, path)) return vec3(0.0f);
   float pdf;
   const vec3 throughput = found_throughput(scene, path, scene.world_sampled, pdf);
   float weight = 1.0f;
   if (FEATURE(FEATURE_WORLD_LIGHT) && pdf > 0.0f && (scene.world_sampled & path.ray_kind & VISIBLE_LIT) != 0u) {
     weight = found_weight(pdf, world_pdf(scene, direction));
   }
-  ShaderPoint at = background_point(direction);
-  path_counts(path, at);
-  return throughput * world_radiance(scene, at) * weight;
+  return throughput * sky * weight;
 }
 
 // Light that the surface itself emits toward the ray's origin; `material` is the scene's record.

@@ -237,6 +237,26 @@ FN ShaderPoint path_world_point(IN(SceneData) scene, IN(PathState) path, IN(Lobe
   return at;
 }
 
+// f cos toward a direction that the background's table drew with density `pdf`, as a sample of it counts: the BSDF's
+// own rays, of density bsdf_pdf, find it as well.
+FN vec3 world_share(vec3 f, float bsdf_pdf, float pdf) {
+  return f * select(pdf > 0.0f, power_heuristic(pdf, bsdf_pdf) / pdf, 0.0f);
+}
+
+// The shadow ray of such a sample, from the surface without what a normal map did to it. Returns false where there is
+// nothing to bring.
+FN bool world_shadow_ray(IN(SceneData) scene, IN(Surface) bare, vec3 wi, vec3 contribution, OUT(ShadowRay) ray) {
+  ray.contribution = contribution;
+  ray.direction = wi;
+  ray.t_max = INFINITE_DISTANCE;
+  ray.group = scene.world_group;
+  ray.visibility = VISIBLE_SHADOW;
+  ray.origin = bare.p;
+  if (!carries_light(contribution)) return false;
+  ray.origin = shadow_ray_origin(scene, bare, wi);
+  return true;
+}
+
 // One sample of the background by its table.
 FN bool path_sample_world(IN(SceneData) scene, IN(PathState) path, IN(Surface) s, IN(Bsdf) bsdf, IN(Lobe) lobe, vec3 wo,
                           vec2 u, OUT(ShadowRay) ray) {
@@ -244,18 +264,10 @@ FN bool path_sample_world(IN(SceneData) scene, IN(PathState) path, IN(Surface) s
   const vec3 wi = world_sample(scene, u, pdf);
   float bsdf_pdf;
   const vec3 f = visible_scattering(scene, bsdf, lobe, wo, wi, scene.world_sampled, bsdf_pdf);
-  ray.contribution = vec3(0.0f);
-  ray.direction = wi;
-  ray.t_max = INFINITE_DISTANCE;
-  ray.group = scene.world_group;
-  ray.visibility = VISIBLE_SHADOW;
-  ray.origin = s.p;
-  if (path.bounce > scene.world_max_bounces || !(pdf > 0.0f) || !(max_component(f) > 0.0f)) return false;
-  const vec3 radiance = world_radiance(scene, path_world_point(scene, path, lobe, wi));
-  ray.contribution = path.throughput * f * radiance * (power_heuristic(pdf, bsdf_pdf) / pdf);
-  if (!carries_light(ray.contribution)) return false;
-  ray.origin = shadow_ray_origin(scene, smooth_surface(s, bsdf), wi);
-  return true;
+  vec3 light = path.throughput * world_share(f, bsdf_pdf, pdf);
+  if (path.bounce > scene.world_max_bounces) light = vec3(0.0f);
+  if (carries_light(light)) light *= world_radiance(scene, path_world_point(scene, path, lobe, wi));
+  return world_shadow_ray(scene, smooth_surface(s, bsdf), wi, light, ray);
 }
 
 #ifdef __cplusplus

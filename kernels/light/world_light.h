@@ -17,8 +17,8 @@ namespace cotorra {
 // below. Latitude by atan, which keeps its digits near the poles, where acos loses them.
 FN vec2 world_square(vec3 d) {
   const float across = sqrt(d.x * d.x + d.y * d.y);
-  const float u = select(across > 0.0f, 0.5f - angle_of(d.y, d.x) / TWO_PI, 0.5f);
-  return vec2(clamp(u, 0.0f, 1.0f), clamp(angle_of(d.z, across) * INV_PI + 0.5f, 0.0f, 1.0f));
+  const float u = select(across > 0.0f, 0.5f - angle_lanes(d.y, d.x) / TWO_PI, 0.5f);
+  return vec2(clamp(u, 0.0f, 1.0f), clamp(angle_lanes(d.z, across) * INV_PI + 0.5f, 0.0f, 1.0f));
 }
 
 FN vec3 world_direction(vec2 square, OUT(float) across) {
@@ -29,17 +29,13 @@ FN vec3 world_direction(vec2 square, OUT(float) across) {
 }
 
 // The first of `count` cumulated numbers above u: the last is 1, so that there is one. u becomes the way into its step,
-// 0 to 1, and `share` the step's height.
+// 0 to 1, and `share` the step's height. What is searched halves without a branch that a processor would have to guess.
 FN uint world_search(FloatBuffer table, uint first, uint count, INOUT(float) u, OUT(float) share) {
   uint low = 0u;
-  uint high = count - 1u;
-  while (low < high) {
-    const uint middle = (low + high) / 2u;
-    if (u < LOAD(table, first + middle)) {
-      high = middle;
-    } else {
-      low = middle + 1u;
-    }
+  for (uint left = count - 1u; left > 0u;) {
+    const uint part = (left + 1u) / 2u;
+    low = select(u < LOAD(table, first + low + part - 1u), low, low + part);
+    left -= part;
   }
   const float before = low > 0u ? LOAD(table, first + low - 1u) : 0.0f;
   share = LOAD(table, first + low) - before;

@@ -39,8 +39,8 @@ FN vec2 map_to_tube(vec3 p) {
 // Longitude and latitude of a unit vector; -y is in the middle of a quarter, +x at u = 0.5.
 FN vec2 map_equirectangular(vec3 d) {
   const bool none = dot(d, d) == 0.0f;
-  const float u = 0.5f - angle_of(d.y, d.x) / TWO_PI;
-  const float v = 1.0f - acos(clamp(d.z, -1.0f, 1.0f)) * INV_PI;
+  const float u = 0.5f - angle_lanes(d.y, d.x) / TWO_PI;
+  const float v = 1.0f - angle_lanes(sqrt(d.x * d.x + d.y * d.y), d.z) * INV_PI;
   return vec2(select(none, 0.0f, u), select(none, 0.0f, v));
 }
 

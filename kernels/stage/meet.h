@@ -45,7 +45,10 @@ FN void meet_lights(LANE lane, IN(PathState) path, vec3 origin, vec3 direction, 
 // Cycles.
 FN void escape(LANE lane, IN(PathState) path, vec3 direction) {
   if (FEATURE(FEATURE_WORLD)) {
-    const vec3 sky = path_escape(SCENE, path, direction);
+    vec3 sky = vec3(0.0f);
+    if (path_sees_world(SCENE, path)) {
+      sky = path_escape(SCENE, path, direction, WORLD_SEEN(lane, path, direction));
+    }
     if (FEATURE(FEATURE_HEALTH)) NOTE_FOUND(lane, path, sky, HEALTH_WORLD, INVALID_ID);
     const vec3 world = CLAMPED(lane, sky, found_limit(JOB.integrator, path));
     if (FEATURE(FEATURE_DATA_PASSES) && path.bounce == 0u) NOTE_ENVIRONMENT(lane, world);

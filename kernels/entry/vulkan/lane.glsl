@@ -51,6 +51,7 @@ vec2 vertex_random(PathState path, uint block_seed, uint pair) {
 #define LAMP_LIGHT(lane, lamp) WAVE.lamps.v[(lane) * JOB.lamp_passes + (lamp)]
 #define CLAMPED(lane, light, limit) clamped_light(light, limit)
 #define PATH_BOUNCE(lane) path_bounce_of(lane)
+#define WORLD_SEEN(lane, path, direction) world_radiance(SCENE, path_background(path, direction))
 #define MEDIUM(lane) WAVE.trees.v[lane].medium
 
 #include "state.glsl"
