@@ -24,8 +24,8 @@ FN vec2 world_square(vec3 d) {
 FN vec3 world_direction(vec2 square, OUT(float) across) {
   const float longitude = (0.5f - square.x) * TWO_PI;
   const float latitude = (square.y - 0.5f) * PI;
-  across = max(cos(latitude), 0.0f);
-  return vec3(across * cos(longitude), across * sin(longitude), sin(latitude));
+  across = max(cos_lanes(latitude), 0.0f);
+  return vec3(across * cos_lanes(longitude), across * sin_lanes(longitude), sin_lanes(latitude));
 }
 
 // The first of `count` cumulated numbers above u: the last is 1, so that there is one. u becomes the way into its step,
