@@ -57,7 +57,7 @@ FN float cos_quarter(float x) {
   return 1.0f + x2 * (-0.5f + x2 * (0.0416666418f + x2 * (-0.00138873162f + x2 * 2.44331571e-5f)));
 }
 
-// atan2(y, x) without branches, to 2e-7 of it; the angle of (0, 0) is 0. Up to pi/8 it is Taylor with the last terms
+// atan2(y, x) without branches, to 2.5e-7 of it; the angle of (0, 0) is 0. Up to pi/8 it is Taylor with the last terms
 // fitted, and up to pi/4 what is missing of that.
 FN float angle_lanes(float y, float x) {
   const float ratio = min(abs(x), abs(y)) / max(max(abs(x), abs(y)), 1e-37f);
@@ -78,13 +78,12 @@ FN float exp_lanes(float x) {
   const float n = floor(safe * 1.44269504f + 0.5f);
   // log(2) in two parts, the first short enough for exact products with n (Cody and Waite 1980).
   const float f = (safe - n * 0.693359375f) + n * 2.12194440e-4f;
-  const float p =
-      1.0f +
-      f * (1.0f + f * (0.5f + f * (0.166666667f + f * (0.0416666667f + f * (0.00833333333f + f * 0.00138888889f)))));
+  const float high = 0.0416666667f + f * (0.00833333333f + f * (0.00138888889f + f * 0.000198412698f));
+  const float p = 1.0f + f * (1.0f + f * (0.5f + f * (0.166666667f + f * high)));
   return select(x > -87.0f, p * uintBitsToFloat(uint(int(n) + 127) << 23), 0.0f);
 }
 
-// log(x) for normal numbers x > 0 in the same manner, to 2e-7: of x = m 2^n with m from 0.707 to 1.414, log(m) is
+// log(x) for normal numbers x > 0 in the same manner, to 2.5e-7: of x = m 2^n with m from 0.707 to 1.414, log(m) is
 // 2 artanh((m - 1) / (m + 1)), whose next term is 3e-9 of it.
 FN float log_lanes(float x) {
   const int n = int(floatBitsToUint(x) - 0x3f3504f3u) >> 23;

@@ -21,20 +21,9 @@ COTORRA_FLATTEN void camera_packets(const CameraData &camera_in, FloatBuffer fil
       camera_ray(camera, b.u2[i] + x, b.v2[i] + y, ray);
       b.u[i] = x;
       b.v[i] = y;
-      p.ray.org_x[k] = ray.origin.x;
-      p.ray.org_y[k] = ray.origin.y;
-      p.ray.org_z[k] = ray.origin.z;
-      p.ray.dir_x[k] = ray.direction.x;
-      p.ray.dir_y[k] = ray.direction.y;
-      p.ray.dir_z[k] = ray.direction.z;
-      p.ray.tnear[k] = ray.t_min;
-      p.ray.tfar[k] = ray.t_max;
-      p.ray.time[k] = 0.0f;
-      p.ray.mask[k] = VISIBLE_CAMERA;
+      embree::set_ray(p.ray, k, ray.origin, ray.direction, ray.t_min, ray.t_max, VISIBLE_CAMERA);
+      embree::set_missed(p.hit, k);
       set_left(p.ray, k, {INVALID_ID, INVALID_ID});
-      p.hit.geom_id[k] = embree::kInvalidId;
-      p.hit.inst_id[k] = embree::kInvalidId;
-      p.hit.inst_prim_id[k] = 0;
     }
   }
 }

@@ -47,16 +47,7 @@ void queue_shadow(const Tracer &t, const ShadowRay &sent, std::size_t lane, uint
     return;
   }
   const auto k = static_cast<std::size_t>(b.shadow_count);
-  b.shadow.org_x[k] = ray.origin.x;
-  b.shadow.org_y[k] = ray.origin.y;
-  b.shadow.org_z[k] = ray.origin.z;
-  b.shadow.dir_x[k] = ray.direction.x;
-  b.shadow.dir_y[k] = ray.direction.y;
-  b.shadow.dir_z[k] = ray.direction.z;
-  b.shadow.tnear[k] = 0.0f;
-  b.shadow.tfar[k] = ray.t_max;
-  b.shadow.time[k] = 0.0f;
-  b.shadow.mask[k] = ray.visibility;
+  embree::set_ray(b.shadow, k, ray.origin, ray.direction, 0.0f, ray.t_max, ray.visibility);
   set_left(b.shadow, k, surface_left(*t.job.scene, b.surface[lane], ray.origin, ray.direction));
   b.shadow_lane[k] = static_cast<uint>(lane);
   b.shadow_contribution[k] = ray.contribution;

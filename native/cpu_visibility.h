@@ -34,16 +34,7 @@ class VisibilityQueue {
   // The ray leaves surface s; `path`: the ray's, which must stay until the packet was traced.
   void push(const ShadowRay &ray, const Surface &s, uint target, const PathState &path) {
     const auto k = static_cast<std::size_t>(count_);
-    rays_.org_x[k] = ray.origin.x;
-    rays_.org_y[k] = ray.origin.y;
-    rays_.org_z[k] = ray.origin.z;
-    rays_.dir_x[k] = ray.direction.x;
-    rays_.dir_y[k] = ray.direction.y;
-    rays_.dir_z[k] = ray.direction.z;
-    rays_.tnear[k] = 0.0f;
-    rays_.tfar[k] = ray.t_max;
-    rays_.time[k] = 0.0f;
-    rays_.mask[k] = ray.visibility;
+    embree::set_ray(rays_, k, ray.origin, ray.direction, 0.0f, ray.t_max, ray.visibility);
     set_left(rays_, k, surface_left(*t_.job.scene, s, ray.origin, ray.direction));
     target_[k] = target;
     paths_[k] = &path;
@@ -131,20 +122,9 @@ void find_hits(const Tracer &t, int lanes) {
 // `left`: the triangle that it cannot meet, see surface_left.
 void start_ray(embree::RayHit<kWidth> &p, std::size_t k, vec3 origin, vec3 direction, float t_min, float t_max,
                uint mask, uvec2 left = {INVALID_ID, INVALID_ID}) {
-  p.ray.org_x[k] = origin.x;
-  p.ray.org_y[k] = origin.y;
-  p.ray.org_z[k] = origin.z;
-  p.ray.dir_x[k] = direction.x;
-  p.ray.dir_y[k] = direction.y;
-  p.ray.dir_z[k] = direction.z;
-  p.ray.tnear[k] = t_min;
-  p.ray.tfar[k] = t_max;
-  p.ray.time[k] = 0.0f;
-  p.ray.mask[k] = mask;
+  embree::set_ray(p.ray, k, origin, direction, t_min, t_max, mask);
+  embree::set_missed(p.hit, k);
   set_left(p.ray, k, left);
-  p.hit.geom_id[k] = embree::kInvalidId;
-  p.hit.inst_id[k] = embree::kInvalidId;
-  p.hit.inst_prim_id[k] = 0;
 }
 
 }  // namespace

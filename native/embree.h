@@ -54,6 +54,27 @@ struct alignas(N == 1 ? 16 : 4 * N) RayHit {
   Hit<N> hit;
 };
 
+// Ray k of a packet, and what it met before it is traced: nothing.
+template <int N, class Vector>
+void set_ray(Ray<N> &ray, std::size_t k, Vector origin, Vector direction, float begin, float end, std::uint32_t mask) {
+  ray.org_x[k] = origin.x;
+  ray.org_y[k] = origin.y;
+  ray.org_z[k] = origin.z;
+  ray.dir_x[k] = direction.x;
+  ray.dir_y[k] = direction.y;
+  ray.dir_z[k] = direction.z;
+  ray.tnear[k] = begin;
+  ray.tfar[k] = end;
+  ray.time[k] = 0.0f;
+  ray.mask[k] = mask;
+}
+template <int N>
+void set_missed(Hit<N> &hit, std::size_t k) {
+  hit.geom_id[k] = kInvalidId;
+  hit.inst_id[k] = kInvalidId;
+  hit.inst_prim_id[k] = 0;
+}
+
 // Where in the instances a query is; RTCRayQueryContext of builds with one level of instances and instance arrays.
 struct QueryContext {
   std::uint32_t inst_id = kInvalidId;

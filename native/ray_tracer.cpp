@@ -47,19 +47,10 @@ bool trace_one(const RayTracer &base, const ProgramRay &ray, Hit &hit) {
   arguments.context = &context.query;
   if (ray.passes != 0u) arguments.filter = reinterpret_cast<void *>(static_cast<embree::Filter>(filter_ray));
   embree::RayHit<1> r{};
-  r.ray.org_x[0] = ray.origin.x;
-  r.ray.org_y[0] = ray.origin.y;
-  r.ray.org_z[0] = ray.origin.z;
-  r.ray.dir_x[0] = ray.direction.x;
-  r.ray.dir_y[0] = ray.direction.y;
-  r.ray.dir_z[0] = ray.direction.z;
   // A ray that goes on behind a surface must not meet it again: Embree rounds distances once more than it compares
   // them.
-  r.ray.tnear[0] = ray.t_min * (1.0f + 1e-6f);
-  r.ray.tfar[0] = ray.t_max;
-  r.ray.mask[0] = ray.visibility;
-  r.hit.geom_id[0] = embree::kInvalidId;
-  r.hit.inst_id[0] = embree::kInvalidId;
+  embree::set_ray(r.ray, 0, ray.origin, ray.direction, ray.t_min * (1.0f + 1e-6f), ray.t_max, ray.visibility);
+  embree::set_missed(r.hit, 0);
   tracer.rtc->intersect1(tracer.bvh, &r, &arguments);
   if (r.hit.geom_id[0] == embree::kInvalidId) return false;
   hit = hit_of(tracer, r.ray.tfar[0], r.hit);

@@ -118,6 +118,13 @@ class Lobes:
         return diffuse, glossy
 
 
+def lanes(x: np.ndarray, y: np.ndarray) -> np.ndarray:
+    """(3, n): exp(-x), log(x) and the angle of (x - 1, y) as loops over lanes compute them; x above 0, float32."""
+    result = np.zeros((3, len(x)), np.float32)
+    library().test_lanes(_pointer(x), _pointer(y), ctypes.c_size_t(len(x)), *(_pointer(row) for row in result))
+    return result
+
+
 def flags(material: np.ndarray) -> np.ndarray:
     """MATERIAL_SPECULAR and MATERIAL_DIFFUSE as the kernel derives them."""
     result = np.empty(len(material), np.uint32)

@@ -96,6 +96,12 @@ MATH = [
         {'a': 'float', 'b': 'float', 'c': 'float', 'd': 'float', 'e': 'float'},
     ),
     Case(
+        'math_lanes',
+        'a = exp_lanes(-y); b = log_lanes(y); c = angle_lanes(d.y, d.x);',
+        {'y': ('float', uniform(1e-6, 90.0)), 'd': DIRECTION},
+        {'a': 'float', 'b': 'float', 'c': 'float'},
+    ),
+    Case(
         'math_colors',
         'a = max_component(rgb); b = luminance(rgb); c = select(is_black(rgb * gate), 1u, 0u);'
         'd = select(carries_light(rgb * gate), 1u, 0u);',

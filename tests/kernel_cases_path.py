@@ -179,7 +179,8 @@ STAGES = [
     ),
     Case(
         'path_finds',
-        'light = path_meet_light(scene, lamp, path, p, d, t_max, group); sky = path_escape(scene, path, d, world_radiance(scene, path_background(path, d)));'
+        'light = path_meet_light(scene, lamp, path, p, d, t_max, group); '
+        'sky = path_escape(scene, path, d, world_radiance(scene, path_background(path, d)));'
         'glow = path_emission(scene, path, s, material, d, t_max); at = path_point(scene, path, s, d, t_max);'
         'counted = background_point(d); path_counts(path, counted);'
         'through = found_throughput(scene, path, mask, found_pdf);'

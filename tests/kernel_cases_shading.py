@@ -159,7 +159,8 @@ SURFACES = [
         'world_program',
         f'const MaterialProgram program = LOAD(scene.programs, {MATERIALS}u);'
         'scene.world_program = program.emission; scene.world_constants = program.constants;'
-        'sky = path_escape(scene, path, d, world_radiance(scene, path_background(path, d))); Bsdf bsdf; bsdf_prepare(scene, m, s.n, s.ng, o, bsdf); Lobe lobe;'
+        'sky = path_escape(scene, path, d, world_radiance(scene, path_background(path, d)));'
+        'Bsdf bsdf; bsdf_prepare(scene, m, s.n, s.ng, o, bsdf); Lobe lobe;'
         'lobe_clear(LOBE_NONE, vec3(0.0f), s.n, lobe);'
         'shown = world_radiance(scene, path_world_point(scene, path, lobe, d)); ShadowRay ray;'
         'path_sample_world(scene, path, s, bsdf, lobe, o, u, ray); to = ray.direction;',

@@ -32,6 +32,15 @@ vec3 prepare(const Inputs &in, std::size_t i, Bsdf &bsdf) {
 
 extern "C" {
 
+// exp(-x), log(x), and the angle of (x, y), of positive x.
+void test_lanes(const float *x, const float *y, std::size_t n, float *power, float *logarithm, float *angle) {
+  for (std::size_t i = 0; i < n; ++i) {
+    power[i] = exp_lanes(-x[i]);
+    logarithm[i] = log_lanes(x[i]);
+    angle[i] = angle_lanes(y[i], x[i] - 1.0f);
+  }
+}
+
 void test_eval(const Inputs *in, const vec3 *wi, vec3 *diffuse, vec3 *glossy, float *pdf) {
   for (std::size_t i = 0; i < in->count; ++i) {
     Bsdf bsdf;
