@@ -123,6 +123,11 @@ MODELS = [
         PREPARE + 'half_angle(n, o, wi, max(dot(n, wi), 0.0f), angles); f = model_fresnel(m, h.oh);'
         'd = model_distribution(m, h); lambda = model_n_lambda(m.distribution, h.ni, m.alpha);'
         'g = m.no > 0.0f ? model_masking(m, h) : 0.0f; s = model_eval_specular(m, h, pdf);'
+        'const bool seen = h.ni > 0.0f && m.no > 0.0f && !model_is_mirror(m);'
+        'power = vec3(0.0f); pdf_power = 0.0f;'
+        'if (seen && model_is_phong(m.model)) power = model_eval_phong(m, h, pdf_power);'
+        'facets = vec3(0.0f); pdf_facets = 0.0f;'
+        'if (seen && m.model == MODEL_COOK_TORRANCE) facets = model_eval_cook_torrance(m, h, pdf_facets);'
         'term_d = 0.0f; term_g = 0.0f; term_f = vec3(0.0f);'
         'if (m.no > 0.0f) model_terms(m, h, term_d, term_g, term_f);',
         {'material': MATERIAL, 'model': MODEL, 'n': NORMAL, 'o': DIRECTION, 'wi': DIRECTION, 'h': HALF},
@@ -131,6 +136,10 @@ MODELS = [
             'angles': 'HalfAngle',
             'f': 'vec3',
             'd': 'float',
+            'power': 'vec3',
+            'pdf_power': 'float',
+            'facets': 'vec3',
+            'pdf_facets': 'float',
             'lambda': 'float',
             'g': 'float',
             's': 'vec3',
@@ -152,9 +161,10 @@ MODELS = [
     Case(
         'model_sampling',
         PREPARE + 'bool glossy; wi = model_sample(m, n, n, o, u_lobe, u, glossy); lobe = select(glossy, 1u, 0u);'
-        'local = vec3(0.0f); if (m.p_specular > 0.0f) local = model_sample_specular(m, up, u_lobe, u);',
+        'local = vec3(0.0f); if (m.p_specular > 0.0f) local = model_sample_specular(m, up, u_lobe, u);'
+        'half_vector = model_half_vector(m, up, disk_from_square(u), u_lobe, u);',
         {'material': MATERIAL, 'model': MODEL, 'n': NORMAL, 'o': DIRECTION, 'up': LOCAL, 'u_lobe': UNIT, 'u': SQUARE},
-        {'albedo': 'vec3', 'wi': 'vec3', 'lobe': 'uint', 'local': 'vec3'},
+        {'albedo': 'vec3', 'wi': 'vec3', 'lobe': 'uint', 'local': 'vec3', 'half_vector': 'vec3'},
         SLOPES,
     ),
     Case(
@@ -162,10 +172,11 @@ MODELS = [
         'Bsdf bsdf; bsdf_prepare(scene, material, n, n, o, bsdf);'
         'albedo = bsdf_prepare_model(scene, material, n, n, o, b);'
         'f = bsdf_eval_lobes(bsdf, o, wi, false, glossy, pdf); bsdf_sample(bsdf, o, u_lobe, u, drawn);'
-        'bsdf_sample_model(b, o, u_lobe, u, again); bsdf_terms(bsdf, o, wi, d, g, term_f);',
+        'bsdf_sample_model(b, o, u_lobe, u, again); weighed = again;'
+        'bsdf_weigh_model(b, o, u_lobe < b.model.p_specular, weighed); bsdf_terms(bsdf, o, wi, d, g, term_f);',
         {'material': MATERIAL, 'n': NORMAL, 'o': DIRECTION, 'wi': DIRECTION, 'u_lobe': UNIT, 'u': SQUARE},
         {'albedo': 'vec3', 'b': 'Bsdf', 'f': 'vec3', 'glossy': 'vec3', 'pdf': 'float', 'drawn': 'BsdfSample'}
-        | {'again': 'BsdfSample', 'd': 'float', 'g': 'float', 'term_f': 'vec3'},
+        | {'again': 'BsdfSample', 'weighed': 'BsdfSample', 'd': 'float', 'g': 'float', 'term_f': 'vec3'},
         SLOPES,
         scene=True,
     ),

@@ -182,7 +182,7 @@ STAGES = [
         'light = path_meet_light(scene, lamp, path, p, d, t_max, group); '
         'sky = path_escape(scene, path, d, world_radiance(scene, path_background(path, d)));'
         'glow = path_emission(scene, path, s, material, d, t_max); at = path_point(scene, path, s, d, t_max);'
-        'counted = background_point(d); path_counts(path, counted);'
+        'counted = background_point(d); path_counts(path, counted); sees = select(path_sees_world(scene, path), 1u, 0u);'
         'through = found_throughput(scene, path, mask, found_pdf);'
         'dark = select(material_is_dark(material, s.side), 1u, 0u);',
         {'lamp': LAMP, 'path': PATH, 'p': POINT, 'd': DIRECTION, 't_max': ('float', magnitudes(0.1, 100.0))}
@@ -196,11 +196,19 @@ STAGES = [
             'glow': 'vec3',
             'through': 'vec3',
         }
-        | {'found_pdf': 'float', 'dark': 'uint'},
+        | {'found_pdf': 'float', 'dark': 'uint', 'sees': 'uint'},
         tolerances={
             'sky': ROUNDING,
             'light': ROUNDING,
         },  # its weight is by world_pdf, whose angles have this bound in world_table as well
+        scene=True,
+    ),
+    Case(
+        'world_shadow',
+        'share = world_share(f, a, b); sent = select(world_shadow_ray(scene, s, wi, f, ray), 1u, 0u);',
+        {'f': COLOR, 'a': UNIT, 'b': ('float', choices(0.0, 0.3, 20.0)), 's': SURFACE, 'wi': DIRECTION},
+        {'share': 'vec3', 'sent': 'uint', 'ray': 'ShadowRay'},
+        ROUNDING,
         scene=True,
     ),
     Case(
