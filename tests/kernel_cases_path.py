@@ -182,7 +182,8 @@ STAGES = [
         'light = path_meet_light(scene, lamp, path, p, d, t_max, group); '
         'sky = path_escape(scene, path, d, world_radiance(scene, path_background(path, d)));'
         'glow = path_emission(scene, path, s, material, d, t_max); at = path_point(scene, path, s, d, t_max);'
-        'counted = background_point(d); path_counts(path, counted); sees = select(path_sees_world(scene, path), 1u, 0u);'
+        'counted = background_point(d); path_counts(path, counted);'
+        'sees = select(path_sees_world(scene, path), 1u, 0u);'
         'through = found_throughput(scene, path, mask, found_pdf);'
         'dark = select(material_is_dark(material, s.side), 1u, 0u);',
         {'lamp': LAMP, 'path': PATH, 'p': POINT, 'd': DIRECTION, 't_max': ('float', magnitudes(0.1, 100.0))}
