@@ -103,7 +103,7 @@ def with_attributes() -> Flat:
 
 NAMES = ('number', 'whole', 'switch', 'edge', 'two', 'vector', 'bytes', 'floats', 'Other', 'missing', '')
 LOOKUPS = [('GEOMETRY', name) for name in NAMES]
-LOOKUPS += [('OBJECT', name) for name in ('pair', 'one', 'missing', 'pass_index', 'color')]
+LOOKUPS += [('OBJECT', name) for name in ('pair', 'one', 'missing', 'pass_index', 'color', 'color[1]', 'pair[1]')]
 LOOKUPS += [('INSTANCER', 'pair'), ('VIEW_LAYER', 'four'), ('VIEW_LAYER', 'one'), ('VIEW_LAYER', 'missing')]
 
 
@@ -114,6 +114,37 @@ def test_attributes(kind: str, name: str, output: str, tmp_path: Path) -> None:
     found = made.node('Attribute', attribute_type=kind, attribute_name=name)
     made.link(next(out for out in found.outputs if out.identifier == output), made.emission.inputs['Color'])
     assert_as_cycles(tmp_path)
+
+
+@pytest.mark.parametrize(
+    ('kind', 'member', 'values'),
+    [
+        ('FLOAT', 'value', (0.2, 0.7)),
+        ('BOOLEAN', 'value', (False, True)),
+        ('INT', 'value', (1, 2)),
+        ('INT8', 'value', (0, 3)),
+        ('BYTE_COLOR', 'color', ((0.01, 0.9, 0.3, 0.2), (0.8, 0.02, 0.3, 0.9))),
+    ],
+)
+@pytest.mark.parametrize('output', ['Color', 'Fac', 'Alpha'])
+def test_edges_that_differ_at_a_vertex(kind: str, member: str, values: tuple, output: str, tmp_path: Path) -> None:
+    """Each vertex of the square has an edge of either value."""
+    made = flat()
+    data = made.obj.data
+    of_edges = [values[sorted(edge.vertices) in ([0, 3], [1, 2])] for edge in data.edges]
+    data.attributes.new('mixed', kind, 'EDGE').data.foreach_set(member, np.ravel(of_edges))
+    found = made.node('Attribute', attribute_name='mixed')
+    made.link(next(out for out in found.outputs if out.identifier == output), made.emission.inputs['Color'])
+    assert assert_as_cycles(tmp_path).any()
+
+
+@pytest.mark.parametrize('output', ['Color', 'Fac'])
+def test_pairs_of_integers_are_no_attributes(output: str, tmp_path: Path) -> None:
+    made = flat()
+    made.obj.data.attributes.new('pair', 'INT32_2D', 'POINT').data.foreach_set('value', [1, 2] * 4)
+    found = made.node('Attribute', attribute_name='pair')
+    made.link(next(out for out in found.outputs if out.identifier == output), made.emission.inputs['Color'])
+    assert not assert_as_cycles(tmp_path).any()
 
 
 @pytest.mark.parametrize('output', ['Color', 'Fac', 'Alpha'])
@@ -165,6 +196,22 @@ def test_object_info(output: str, tmp_path: Path) -> None:
         assert assert_as_cycles(tmp_path).any()
     else:
         assert exported(bpy.context.scene).instances.info.color[0, 3] == np.float32(0.4)
+
+
+@pytest.mark.parametrize('source', ['Object Info', 'color'])
+def test_instances_have_the_color_of_what_made_them(source: str, tmp_path: Path) -> None:
+    made = with_attributes()
+    if source == 'Object Info':
+        made.link(made.node('ObjectInfo').outputs['Color'], made.emission.inputs['Color'])
+    else:
+        asked = made.node('Attribute', attribute_type='OBJECT', attribute_name='color')
+        made.link(asked.outputs['Color'], made.emission.inputs['Color'])
+    shared = bpy.data.collections.new('Shared')
+    made.scene.collection.objects.unlink(made.obj)
+    shared.objects.link(made.obj)
+    holder = build.link(made.scene, 'Holder', None)
+    holder.instance_type, holder.instance_collection, holder.color = 'COLLECTION', shared, (0.7, 0.2, 0.5, 1.0)
+    np.testing.assert_allclose(assert_as_cycles(tmp_path), (0.7, 0.2, 0.5), rtol=1e-5)
 
 
 def test_nothing_is_brought_that_no_shader_asks_for() -> None:

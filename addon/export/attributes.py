@@ -7,6 +7,8 @@ begins with a character that no name of Blender's has.
 
 from __future__ import annotations
 
+import re
+
 import bpy
 import numpy as np
 from numpy.typing import NDArray
@@ -31,7 +33,7 @@ INSTANCER_PREFIX = '\x01instancer:'
 # Names by which the node Attribute finds what Cycles derives, and the active render UV map.
 STANDARD = {'uv': '', 'pointiness': POINTINESS, 'random_per_island': RANDOM_PER_ISLAND}
 
-# Types of attributes: their property, its type and number of components.
+# Types of attributes that Cycles reads: their property, its type and number of components.
 TYPES: dict[str, tuple[str, type, int]] = {
     'FLOAT': ('value', np.float32, 1),
     'INT': ('value', np.int32, 1),
@@ -42,7 +44,6 @@ TYPES: dict[str, tuple[str, type, int]] = {
     'FLOAT_COLOR': ('color', np.float32, 4),
     'BYTE_COLOR': ('color', np.float32, 4),  # linear already
     'QUATERNION': ('value', np.float32, 4),
-    'INT32_2D': ('value', np.int32, 2),
 }
 OF_INSTANCERS = frozenset((INSTANCER_UV, INSTANCER_GENERATED, *PARTICLE_LAYERS))
 DOMAINS = ('POINT', 'EDGE', 'CORNER', 'FACE')
@@ -75,7 +76,8 @@ def property_value(owner: object, name: str) -> Rgba | None:
         return None
     value = None
     escaped = name.replace('\\', '\\\\').replace('"', '\\"')
-    for path in (f'["{escaped}"]', name):
+    # One number of several has no path to Cycles.
+    for path in (f'["{escaped}"]', *([] if re.search(r'\[\d+\]$', name) else [name])):
         try:
             value = owner.path_resolve(path)
         except ValueError:
@@ -108,7 +110,10 @@ def view_layer_value(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer, na
 def instance_value(layer: str, obj: bpy.types.Object, parent: bpy.types.Object) -> Rgba:
     """The value of a layer that has one for each instance; what stands on its own is its own instancer."""
     if layer.startswith(OBJECT_PREFIX):
-        return first_value((obj, obj.data), layer.removeprefix(OBJECT_PREFIX))
+        name = layer.removeprefix(OBJECT_PREFIX)
+        if name == 'color':  # which Blender gives an instance from what made it
+            return first_value((parent,), name)
+        return first_value((obj, obj.data), name)
     return first_value((parent, obj, obj.data), layer.removeprefix(INSTANCER_PREFIX))
 
 
@@ -133,7 +138,7 @@ def mesh_attribute(mesh: bpy.types.Mesh, layer: int, name: str) -> Attribute | N
     if domain == 'FACE':
         values = values.take(_faces(mesh), axis=0, mode='clip')
     elif domain == 'EDGE':
-        domain, values = 'POINT', _at_vertices(mesh, values)
+        domain, values = 'POINT', _at_vertices(mesh, found, values)
     return Attribute(layer, domain, width, _widened(values))
 
 
@@ -153,13 +158,29 @@ def _own_values(found: bpy.types.Attribute) -> F32 | None:
     return np.nan_to_num(values.astype(np.float32).reshape(-1, width), posinf=0.0, neginf=0.0)
 
 
-def _at_vertices(mesh: bpy.types.Mesh, values: F32) -> F32:
-    """The mean of the edges at each vertex, as Cycles reads attributes of edges."""
+def _at_vertices(mesh: bpy.types.Mesh, found: bpy.types.Attribute, values: F32) -> F32:
+    """The mean of the edges at each vertex, as Cycles reads attributes of edges.
+
+    As Blender mixes their type: a boolean is set where any edge's is, integers are rounded, colours of bytes are mixed
+    as bytes and rounded down.
+    """
+    kind = found.data_type
+    if kind == 'BYTE_COLOR':
+        found.data.foreach_get('color_srgb', values.ravel())
     ends = _edges(mesh).ravel()
     count = np.maximum(np.bincount(ends, minlength=len(mesh.vertices)), 1)
     both = np.repeat(values, 2, axis=0)
     sums = [np.bincount(ends, column, len(mesh.vertices)) for column in both.T]
-    return (np.stack(sums, axis=1) / count[:, None]).astype(np.float32)
+    means = np.stack(sums, axis=1) / count[:, None]
+    if kind == 'BOOLEAN':
+        means = np.ceil(means)
+    elif kind in ('INT', 'INT8'):
+        means = np.floor(means + 0.5)
+    elif kind == 'BYTE_COLOR':
+        means = np.floor(means * 255.0 + 1e-3) / 255.0
+        colors = means[:, :3]
+        means[:, :3] = np.where(colors < 0.04045, colors / 12.92, ((colors + 0.055) / 1.055) ** 2.4)
+    return means.astype(np.float32)
 
 
 def _faces(mesh: bpy.types.Mesh) -> I32:

@@ -38,7 +38,8 @@ def with_info(objects: Instances, walk: Walk, items: I32, layers: Layers, depsgr
 
 def _object_info(walk: Walk, items: I32, depsgraph: bpy.types.Depsgraph) -> InstanceInfo:
     group_of = walk.group_of[items]
-    colors = np.array([group.obj.color for group in walk.groups], np.float32).reshape(-1, 4)[group_of]
+    # Blender gives an instance the colour of what made it; what stands on its own is its own instancer.
+    colors = np.array([group.parent.color for group in walk.groups], np.float32).reshape(-1, 4)[group_of]
     ids = np.empty(len(walk.group_of), np.int32)
     depsgraph.object_instances.foreach_get('random_id', ids)
     own = np.array([object_random(group.obj.name) for group in walk.groups], np.uint32)[group_of]
