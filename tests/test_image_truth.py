@@ -226,6 +226,28 @@ def test_alpha(kind: Callable[..., bpy.types.Image], mode: str, alpha: bool, tmp
     flat_scenes.assert_as_cycles(tmp_path, tolerance=1 / 255)
 
 
+@pytest.mark.parametrize('alpha', [False, True], ids=['color', 'alpha'])
+@pytest.mark.parametrize('mode', ['STRAIGHT', 'PREMUL', 'CHANNEL_PACKED', 'NONE'])
+@pytest.mark.parametrize('space', ['Non-Color', 'sRGB', 'ACEScg'])
+def test_grey_with_alpha(space: str, mode: str, alpha: bool, tmp_path: Path) -> None:
+    made = flat()
+    path = str(tmp_path / 'grey.png')
+    spec = oiio.ImageSpec(SIZE, SIZE, 2, 'uint8')
+    spec.channelnames, spec.alpha_channel = ('Y', 'A'), 1
+    spec.attribute('oiio:UnassociatedAlpha', 1)
+    out = oiio.ImageOutput.create(path)
+    out.open(path, spec)
+    out.write_image(np.full((SIZE, SIZE, 2), (0.4, 0.6), np.float32))
+    out.close()
+    image = bpy.data.images.load(path)
+    image.alpha_mode, image.colorspace_settings.name = mode, space
+    texture = made.node('TexImage', image=image)
+    made.link(texture.outputs['Color'], made.emission.inputs['Color'])
+    if alpha:
+        made.link(texture.outputs['Alpha'], made.emission.inputs['Strength'])
+    flat_scenes.assert_as_cycles(tmp_path)
+
+
 @pytest.mark.parametrize('space', ['Non-Color', 'Linear Rec.709', 'sRGB', 'ACEScg', 'AgX Base sRGB'])
 @pytest.mark.parametrize('kind', KINDS, ids=lambda kind: kind.__name__)
 def test_color_space(kind: Callable[..., bpy.types.Image], space: str, tmp_path: Path) -> None:

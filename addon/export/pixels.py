@@ -40,7 +40,8 @@ def prepare(name: str, pixels: NDArray, coding: Coding, working_space: str, conf
         pixels, has_alpha = np.ascontiguousarray(pixels[:, :, :-1]), False
     srgb = coding.space == 'sRGB' and working_space == REC709
     known = coding.data or srgb or coding.space in (working_space, 'scene_linear')
-    associated = has_alpha and coding.associates
+    # Grey with alpha is not multiplied, though it is divided where its alpha is used (Cycles 5.2.3).
+    associated = has_alpha and coding.associates and pixels.shape[2] == 4
     multiplied = associated and coding.alpha_mode == 'PREMUL'
     if pixels.dtype.kind == 'f' and not (np.isfinite(pixels.min()) and np.isfinite(pixels.max())):
         notes.append(f'Image "{name}": some of its pixels are no finite numbers: 0 is used')
