@@ -219,6 +219,19 @@ def test_portal_is_left_out() -> None:
 
 
 @pytest.mark.parametrize('kind', ['POINT', 'SUN', 'SPOT', 'AREA'])
+@pytest.mark.parametrize('turn', [0.0, 0.5])
+def test_sheared_lamp_is_named(turn: float, kind: str) -> None:
+    """By a parent that is scaled, where the lamp is turned in it. Cycles lights otherwise then, if it has axes."""
+    scene = build.new_scene()
+    parent = build.link(scene, 'Parent', None)
+    parent.scale, parent.rotation_euler = (1.0, 0.3, 1.0), (0.4, 0.5, 0.6)
+    lamp = build.light(scene, kind)
+    lamp.parent, lamp.rotation_euler, lamp.name = parent, (0.0, 0.0, turn), 'Lamp'
+    named = ['Light "Lamp": its transform shears it: Cycles lights otherwise there']
+    assert messages(scene) == (named if turn and kind in ('SPOT', 'AREA') else [])
+
+
+@pytest.mark.parametrize('kind', ['POINT', 'SUN', 'SPOT', 'AREA'])
 def test_transform_without_inverse(kind: str) -> None:
     scene = build.new_scene()
     build.light(scene, kind).scale = (1, 1, 0)

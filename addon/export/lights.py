@@ -26,6 +26,7 @@ TYPES = {'POINT': LIGHT_POINT, 'SUN': LIGHT_SUN, 'SPOT': LIGHT_SPOT, 'AREA': LIG
 SIZES = {'SUN': 'angle', 'AREA': 'size'}  # of the others shadow_soft_size
 BLACK: Color = (0.0, 0.0, 0.0)
 MAX_BOUNCES = 1024  # Cycles' default, where its settings do not exist
+SHEAR = 1e-3  # cosine of the angle between two axes: below, rounding made it
 
 
 @dataclass(frozen=True, slots=True)
@@ -172,7 +173,18 @@ def usable(lamps: list[Lamp], transforms: F32, lit: I32, lamp_of: I32, log: Log)
     good = _usable(transforms[lit])
     for index in sorted(set(lamp_of[~good].tolist())):
         log.warning(f'Light "{lamps[index].name}": its transform is not invertible or not finite: left out')
-    return lit[good], lamp_of[good]
+    lit, lamp_of = lit[good], lamp_of[good]
+    directed = np.array([lamp.type in (LIGHT_AREA, LIGHT_SPOT) for lamp in lamps], bool)
+    for index in sorted(set(lamp_of[directed[lamp_of] & _sheared(transforms[lit])].tolist())):
+        log.warning(f'Light "{lamps[index].name}": its transform shears it: Cycles lights otherwise there')
+    return lit, lamp_of
+
+
+def _sheared(transforms: F32) -> np.ndarray:
+    """Which transforms, invertible ones, have axes that are not perpendicular, beyond what rounding does."""
+    axes = transforms[:, :, :3] / np.linalg.norm(transforms[:, :, :3], axis=1, keepdims=True)
+    cosines = np.einsum('nij,nik->njk', axes, axes) - np.eye(3)
+    return np.abs(cosines).max(axis=(1, 2), initial=0.0) > SHEAR
 
 
 def _usable(transforms: F32) -> np.ndarray:
