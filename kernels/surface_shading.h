@@ -215,6 +215,7 @@ FN void surface_take(IN(SceneData) scene, IN(MaterialProgram) program, IN(Shader
   bsdf.n_smooth = select(pick.own_normal == CLOSURE_OWN_NORMAL, s.n, smooth_normal);
   if (pick.own_normal == CLOSURE_BENT_NORMAL) bsdf.n_smooth = pick_own_normal(scene, pick, at PROGRAM_SAME_MEMORY);
   if (pick.kind == CLOSURE_TRANSPARENT) bsdf.lobes = BSDF_THROUGH;
+  if (pick.kind == CLOSURE_HOLDOUT) bsdf.lobes |= BSDF_HOLDOUT;
 }
 
 FN void surface_begin(IN(SceneData) scene, IN(Surface) s, OUT(SurfaceShading) shading) {

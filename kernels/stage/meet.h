@@ -91,6 +91,7 @@ FN void show_features(LANE lane, INOUT(PathState) path, IN(Bsdf) bsdf, IN(Lobe) 
 FN void describe(LANE lane, IN(PathState) path, IN(Surface) s, IN(Material) material, vec3 weight, IN(Bsdf) bsdf,
                  vec3 wo) {
   if (path.bounce != 0u || (bsdf.lobes & BSDF_THROUGH) != 0u) return;
+  if ((bsdf.lobes & BSDF_HOLDOUT) != 0u) ALPHA(lane) = 1.0f - mean_component(path.throughput);
   if (FEATURE(FEATURE_DATA_PASSES)) {
     const Instance instance = LOAD(SCENE.instances, s.instance);
     const vec2 offset = FILTER_OFFSET(lane);
