@@ -39,7 +39,7 @@ FN bool path_advance(IN(SceneData) scene, IN(IntegratorData) integrator, INOUT(P
   if (path.pdf > 0.0f && path.pdf < BLURRED_PDF) blurred = RAY_BLURRED;
   if (through) {
     path.transmission_bounces += 1u;
-    path.ray_kind = VISIBLE_TRANSMISSION;
+    path.ray_kind = VISIBLE_TRANSMISSION | select((b.lobe & BSDF_DIFFUSE) != 0u, RAY_DIFFUSE_THROUGH, 0u);
   } else if ((b.lobe & BSDF_DIFFUSE) != 0u) {
     path.diffuse_bounces += 1u;
     path.ray_kind = VISIBLE_DIFFUSE;

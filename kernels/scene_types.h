@@ -61,6 +61,7 @@ const uint RAY_BLURRED = 1024u;     // on its way, the path was scattered widely
 const uint RAY_SHOWN = 2048u;  // mirrors and clear glass lie behind it, and no surface that a denoiser was shown
 const uint RAY_BOTH_SIDES = 4096u;  // it left a surface that light from behind reaches
 const uint RAY_HIDDEN = 8192u;  // it left a surface whose smooth normal hides what lies there from light sampling
+const uint RAY_DIFFUSE_THROUGH = 16384u;  // VISIBLE_TRANSMISSION, of a diffuse lobe
 const uint RAY_SET_SHIFT = 16u;  // above, six bits: the set of objects that it left one of (LightLink.set)
 
 // The sets of objects that shadow are bits of visibility, of instances and of shadow rays to lights that are linked.

@@ -17,6 +17,7 @@ from cotorra import compat, stats
 from mathutils import Vector
 
 from beside_cycles import in_halves
+from flat_scenes import assert_as_cycles as assert_flat_as_cycles
 from flat_scenes import flat, node
 from render_calls import read_exr
 from scenes import build
@@ -352,6 +353,53 @@ def test_glossy_rays_may_see_another_world(tmp_path: Path) -> None:
     ours = picture(scene, 'COTORRA', tmp_path)
     scene.world.cycles.sampling_method = 'NONE'
     assert_same(ours, picture(scene, 'CYCLES', tmp_path))
+
+
+@pytest.mark.parametrize(
+    ('output', 'surface'),
+    [
+        ('Is Glossy Ray', bsdf('BsdfGlass', Roughness=0.3)),
+        ('Is Glossy Ray', bsdf('BsdfRefraction', Roughness=0.0)),
+        ('Is Diffuse Ray', bsdf('BsdfTranslucent')),
+    ],
+    ids=['rough glass', 'refraction', 'translucent'],
+)
+def test_rays_that_went_through_are_of_their_lobe(output: str, surface: Surface, tmp_path: Path) -> None:
+    scene = scene_of(surface, _split(output, sky_of_image))
+    ours = picture(scene, 'COTORRA', tmp_path)
+    scene.world.cycles.sampling_method = 'NONE'
+    assert_same(ours, picture(scene, 'CYCLES', tmp_path))
+
+
+def test_the_world_is_one_bounce_on(tmp_path: Path) -> None:
+    made = flat()
+    made.obj.hide_render = True
+    build.world(made.scene)
+    tree = made.scene.world.node_tree
+    background = compat.background(made.scene.world)
+    tree.links.new(node(tree, 'LightPath').outputs['Ray Depth'], background.inputs['Color'])
+    background.inputs['Strength'].default_value = 1.0
+    assert assert_flat_as_cycles(tmp_path) == pytest.approx((1.0, 1.0, 1.0))
+
+
+@pytest.mark.parametrize(('share', 'alpha'), [(0.0, 1.0), (0.4, 0.6), (1.0, 0.0)])
+def test_a_holdout_leaves_nothing_of_the_film(share: float, alpha: float, tmp_path: Path) -> None:
+    made = flat()
+    mixed = made.node('MixShader')
+    mixed.inputs[0].default_value = share
+    made.link(made.node('BsdfDiffuse').outputs[0], mixed.inputs[1])
+    made.link(made.node('Holdout').outputs[0], mixed.inputs[2])
+    made.link(mixed.outputs[0], made.output.inputs['Surface'])
+    build.world(made.scene)
+    made.scene.render.film_transparent = True
+    for engine in ('COTORRA', 'CYCLES'):
+        make_fair(made.scene, engine, BOUNCES, (4, 4), threads=1)
+        path = tmp_path / f'{engine}.exr'
+        set_job(made.scene, 1024, 1, str(path))
+        bpy.ops.render.render(write_still=True)
+        assert read_exr(path)['']['A'][1:3, 1:3].mean() == pytest.approx(alpha, abs=0.02), (
+            engine
+        )  # 2.6 sigma of 4096 draws
 
 
 def test_the_film_behind_a_tint(tmp_path: Path) -> None:

@@ -117,6 +117,7 @@ FN vec3 world_radiance(IN(SceneData) scene, IN(ShaderPoint) at) {
 FN ShaderPoint path_background(IN(PathState) path, vec3 direction) {
   ShaderPoint at = background_point(direction);
   path_counts(path, at);
+  at.bounce += 1u;  // it is one bounce on, says Cycles, as where light is sampled
   return at;
 }
 

@@ -229,7 +229,8 @@ FN ShaderPoint path_world_point(IN(SceneData) scene, IN(PathState) path, IN(Lobe
   path_counts(path, at);
   uint kind = select((scene.world_sampled & VISIBLE_DIFFUSE) != 0u, VISIBLE_DIFFUSE, VISIBLE_GLOSSY);
   if (has_lobe(lobe)) kind = lobe_ray_kind(lobe, wi);
-  at.ray_kind = select(kind == VISIBLE_TRANSMISSION, kind, kind | RAY_REFLECTED);
+  const uint diffuse_through = select(lobe_is_diffuse(lobe), RAY_DIFFUSE_THROUGH, 0u);
+  at.ray_kind = kind | select(kind == VISIBLE_TRANSMISSION, diffuse_through, RAY_REFLECTED);
   at.bounce += 1u;
   if (kind == VISIBLE_DIFFUSE) at.diffuse_bounces += 1u;
   if (kind == VISIBLE_GLOSSY) at.glossy_bounces += 1u;

@@ -91,8 +91,10 @@ FN float light_path(IN(SceneData) scene, IN(ShaderPoint) at, uint output_number)
   uint bits = 0u;
   if (output_number == 0u) bits = kind & VISIBLE_CAMERA;
   if (output_number == 1u) bits = kind & VISIBLE_SHADOW;
-  if (output_number == 2u) bits = kind & VISIBLE_DIFFUSE;
-  if (output_number == 3u) bits = kind & VISIBLE_GLOSSY;
+  // Cycles tells of rays that went through as well whether the lobe was a diffuse one.
+  const bool glossy_through = (kind & (VISIBLE_TRANSMISSION | RAY_DIFFUSE_THROUGH)) == VISIBLE_TRANSMISSION;
+  if (output_number == 2u) bits = kind & (VISIBLE_DIFFUSE | RAY_DIFFUSE_THROUGH);
+  if (output_number == 3u) bits = (kind & VISIBLE_GLOSSY) | select(glossy_through, VISIBLE_GLOSSY, 0u);
   if (output_number == 4u) bits = kind & RAY_SINGULAR;
   if (output_number == 5u) bits = kind & RAY_REFLECTED;
   if (output_number == 6u) bits = kind & VISIBLE_TRANSMISSION;
