@@ -117,9 +117,7 @@ void note_lamp_numbers(const Tracer &t, std::size_t slot, const PathState &path,
 void note_world_numbers(const Tracer &t, std::size_t slot, const PathState &path, vec3 direction) {
   const SceneData &scene = *t.job.scene;
   if (!FEATURE(FEATURE_PROGRAMS) || scene.world_program.end == 0u) return;
-  ShaderPoint at = background_point(direction);
-  path_counts(path, at);
-  note_program_numbers(t, slot, at, scene.world_program, scene.world_constants,
+  note_program_numbers(t, slot, path_background(path, direction), scene.world_program, scene.world_constants,
                        {BAD_NUMBER, HEALTH_WORLD, kNobody, kNobody, path.bounce});
 }
 
