@@ -138,6 +138,22 @@ def test_edges_that_differ_at_a_vertex(kind: str, member: str, values: tuple, ou
     assert assert_as_cycles(tmp_path).any()
 
 
+@pytest.mark.parametrize('output', ['Color', 'Fac', 'Alpha'])
+def test_vertex_groups_are_attributes(output: str, tmp_path: Path) -> None:
+    made = flat()
+    made.obj.vertex_groups.new(name='Other').add([0, 1, 2, 3], 0.9, 'REPLACE')
+    group = made.obj.vertex_groups.new(name='Group')
+    group.add([0, 1, 2, 3], 0.4, 'REPLACE')
+    found = made.node('Attribute', attribute_name='Group')
+    made.link(next(out for out in found.outputs if out.identifier == output), made.emission.inputs['Color'])
+    np.testing.assert_allclose(assert_as_cycles(tmp_path), 1.0 if output == 'Alpha' else 0.4, rtol=1e-6)
+    for index in (1, 3):
+        group.add([index], 0.1 * index, 'REPLACE')
+    group.remove([2])
+    (layer,) = exported(bpy.context.scene).meshes[0].attributes
+    np.testing.assert_allclose(layer.values[:, 0], (0.4, 0.1, 0.0, 0.3), rtol=1e-6)
+
+
 @pytest.mark.parametrize('output', ['Color', 'Fac'])
 def test_pairs_of_integers_are_no_attributes(output: str, tmp_path: Path) -> None:
     made = flat()

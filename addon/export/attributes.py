@@ -142,6 +142,23 @@ def mesh_attribute(mesh: bpy.types.Mesh, layer: int, name: str) -> Attribute | N
     return Attribute(layer, domain, width, _widened(values))
 
 
+def vertex_group(mesh: bpy.types.Mesh, obj: bpy.types.Object, layer: int, name: str) -> Attribute | None:
+    """A vertex group of an object as a layer of its mesh: to Cycles its weights are an attribute of that name.
+
+    Blender has no way to read the weights of all vertices at once: a million take a second.
+    """
+    group = obj.vertex_groups.get(name)
+    if group is None:
+        return None
+    index = group.index
+    weights = np.zeros((len(mesh.vertices), 1), np.float32)
+    for vertex in mesh.vertices:
+        for member in vertex.groups:
+            if member.group == index:
+                weights[vertex.index] = member.weight
+    return Attribute(layer, 'POINT', 1, _widened(weights))
+
+
 def attribute_values(found: bpy.types.Attribute) -> F32 | None:
     """All values of an attribute as four numbers each; None where it has none that shaders can read."""
     values = _own_values(found)

@@ -16,18 +16,21 @@ from numpy.typing import NDArray
 from .. import native
 from ..log import Log
 from . import bounds
-from .attributes import mesh_attribute
+from .attributes import mesh_attribute, vertex_group
 from .buffers import F32, U32, Attribute, Mesh
 from .layers import Layers, Needs
 
 
-def read_mesh(mesh: bpy.types.Mesh, owner: str, slot_count: int, layers: Layers, needs: Needs, log: Log) -> Mesh | None:
+def read_mesh(
+    mesh: bpy.types.Mesh, obj: bpy.types.Object, slot_count: int, layers: Layers, needs: Needs, log: Log
+) -> Mesh | None:
     """The arrays of a mesh, or None where it has no face that can be rendered.
 
-    owner:      name of the first object that shows it, for messages.
+    obj:        the first object that shows it: its name is for messages, and it names the mesh's vertex groups.
     slot_count: slots of the objects that show it; faces with other slot indices take the nearest, as in Blender.
     needs:      what the materials on it read.
     """
+    owner = obj.name
     if not mesh.loop_triangles:
         log.info(f'Object "{owner}": mesh "{mesh.name}" has no faces')
         return None
@@ -40,7 +43,7 @@ def read_mesh(mesh: bpy.types.Mesh, owner: str, slot_count: int, layers: Layers,
     slots = _slots(mesh, slot_count)
     tangents = _tangents(mesh, owner, positions, triangles, corner_tris, layers, needs, log)
     generated = _generated(mesh) if needs.generated else None
-    attributes = _attributes(mesh, owner, layers, needs, log)
+    attributes = _attributes(mesh, obj, layers, needs, log)
     by_corner = domain == 'CORNER' or any(attribute.domain == 'CORNER' for attribute in attributes)
     corners = corner_tris.copy() if uv is not None or tangents is not None or by_corner else None
 
@@ -154,15 +157,18 @@ def _uv(mesh: bpy.types.Mesh, name: str, owner: str, log: Log) -> F32 | None:
     return uv
 
 
-def _attributes(mesh: bpy.types.Mesh, owner: str, layers: Layers, needs: Needs, log: Log) -> tuple[Attribute, ...]:
+def _attributes(
+    mesh: bpy.types.Mesh, obj: bpy.types.Object, layers: Layers, needs: Needs, log: Log
+) -> tuple[Attribute, ...]:
     """The attributes that its materials ask for; 0 is used for those that it has not."""
     found = []
     for name in sorted(needs.attributes):
-        attribute = mesh_attribute(mesh, layers.attribute_layers.index(name), name)
+        layer = layers.attribute_layers.index(name)
+        attribute = mesh_attribute(mesh, layer, name) or vertex_group(mesh, obj, layer, name)
         if attribute is not None:
             found.append(attribute)
         elif name.isprintable():
-            log.info(f'Object "{owner}": mesh "{mesh.name}" has no attribute "{name}", which its material asks for')
+            log.info(f'Object "{obj.name}": mesh "{mesh.name}" has no attribute "{name}", which its material asks for')
     return tuple(found)
 
 

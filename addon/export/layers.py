@@ -83,6 +83,7 @@ def plan(shapes: Iterable[Shape], drafts: list[Draft], shader_of: list[int]) -> 
     """
     asked = [Needs() if index < 0 else _needs_of(drafts[index]) for index in shader_of]
     needs: dict[bpy.types.Mesh, Needs] = {}
+    groups = set()
     for shape in shapes:
         mine = needs.setdefault(shape.data, Needs())
         for need in (asked[index] for index in shape.materials):
@@ -90,7 +91,9 @@ def plan(shapes: Iterable[Shape], drafts: list[Draft], shader_of: list[int]) -> 
             mine.tangents |= need.tangents
             mine.attributes |= need.attributes
             mine.generated |= need.generated
-    others = _attributes_that_are_uv_maps(needs)
+        if mine.attributes:
+            groups.update(group.name for group in shape.obj.vertex_groups)
+    others = _attributes_that_are_uv_maps(needs, groups)
 
     # Importers name the UV map even where there is but one: it shall not be there twice.
     foreign = {name for mesh, need in needs.items() for name in need.uv_maps | need.tangents if name != _active(mesh)}
@@ -130,10 +133,13 @@ def _needs_of(draft: Draft) -> Needs:
     )
 
 
-def _attributes_that_are_uv_maps(needs: dict[bpy.types.Mesh, Needs]) -> set[str]:
-    """Move attributes that are UV maps of all meshes that have them to `uv_maps`; returns their names."""
+def _attributes_that_are_uv_maps(needs: dict[bpy.types.Mesh, Needs], groups: set[str]) -> set[str]:
+    """Move attributes that are UV maps of all meshes that have them to `uv_maps`; returns their names.
+
+    groups: names of vertex groups, which are attributes as well.
+    """
     names = {name for need in needs.values() for name in need.attributes}
-    mixed = set()
+    mixed = names & groups
     for mesh, need in needs.items():
         maps = {layer.name for layer in mesh.uv_layers}
         mixed |= {name for name in need.attributes - maps if name and (name[0] == '\x01' or name in mesh.attributes)}

@@ -120,7 +120,7 @@ def _read(shape: Shape, slot_count: int, layers: Layers, log: Log, kept: Kept) -
     if not (shape.data.is_editmode and shape.data == shape.obj.data):
 
         def read() -> Mesh | None:
-            return geometry.read_mesh(shape.data, shape.obj.name, slot_count, layers, needs, log)
+            return geometry.read_mesh(shape.data, shape.obj, slot_count, layers, needs, log)
 
         # Blender numbers each evaluation of a mesh anew, where anything of it may have changed.
         number = shape.data.session_uid
@@ -128,7 +128,7 @@ def _read(shape: Shape, slot_count: int, layers: Layers, log: Log, kept: Kept) -
     # The arrays of a mesh in edit mode are those from before: ask for a copy of what is being edited.
     copy = shape.obj.to_mesh()
     try:
-        return geometry.read_mesh(copy, shape.obj.name, slot_count, layers, needs, log)
+        return geometry.read_mesh(copy, shape.obj, slot_count, layers, needs, log)
     finally:
         shape.obj.to_mesh_clear()
 
