@@ -21,8 +21,8 @@ const uint BSDF_SINGULAR = 4u;  // a mirror: no light sample can meet it
 const uint BSDF_SHARP = 8u;  // of a MATERIAL_SHARP
 const uint BSDF_TRANSMIT = 16u;  // goes through the surface
 const uint BSDF_THROUGH = 32u;  // no lobe: the ray goes straight on
-const uint BSDF_HOLDOUT = 128u;  // it shows nothing, and leaves nothing of the film
 const uint BSDF_HIDDEN = 64u;  // sampled where n_smooth hides lamps (glossy_cosine)
+const uint BSDF_HOLDOUT = 128u;  // it shows nothing, and leaves nothing of the film
 
 // Weights of lobes below this count as none, as in Cycles.
 const float BSDF_WEIGHT_CUTOFF = 1e-5f;

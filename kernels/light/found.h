@@ -128,9 +128,8 @@ FN bool path_sees_world(IN(SceneData) scene, IN(PathState) path) {
   return (scene.world_visibility & path.ray_kind) != 0u && lights;
 }
 
-// What such a ray brings, where the background shows it `sky`.
+// What a ray that sees the background brings, where that shows it `sky`.
 FN vec3 path_escape(IN(SceneData) scene, IN(PathState) path, vec3 direction, vec3 sky) {
-  if (!path_sees_world(scene, path)) return vec3(0.0f);
   float pdf;
   const vec3 throughput = found_throughput(scene, path, scene.world_sampled, pdf);
   float weight = 1.0f;
