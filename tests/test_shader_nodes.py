@@ -11,6 +11,7 @@ from pathlib import Path
 import bpy
 import numpy as np
 import pytest
+from cotorra import compat
 from cotorra.shader import CLOSURES, NEAREST, NOT_SUPPORTED, STRUCTURE, VALUES
 from cotorra.shader.explain import unfolded
 from cotorra.shader.nodes_texture import mapping_matrix
@@ -210,3 +211,25 @@ def test_kinds_of_mapping(kind: str, expected: float) -> None:
     """The x that Cycles 5.2.3 shows of such a node, measured (of NORMAL before it is made a unit vector)."""
     matrix = mapping_matrix(kind, (0.1, 0.2, 0.3), (0.4, 0.5, 0.6), (1.5, 0.7, 1.2), ('Y', 'X', 'Z'))
     assert (matrix @ (0.3, 0.8, 0.5, 1.0))[0] == pytest.approx(expected, abs=2e-6)
+
+
+@pytest.mark.parametrize('output', ['Is Camera Ray', 'Ray Depth', 'Is Diffuse Ray', 'Glossy Depth'])
+def test_light_by_the_kind_of_ray_is_named(output: str) -> None:
+    """Samples of lights are of no kind, in Cycles as well: what is found depends on how lights are sampled."""
+    asks_kind = output in ('Is Diffuse Ray', 'Glossy Depth')
+
+    def told(owner: bpy.types.ID, made: bpy.types.Node, name: str) -> list[str]:
+        tree = made.id_data
+        halved = node(tree, 'Math', operation='MULTIPLY')
+        link(node(tree, 'LightPath').outputs[output], halved.inputs[1])
+        link(halved.outputs[0], made.inputs[name])
+        return [text for text in read(owner).warnings if output in text]
+
+    material, emission = new_material()
+    assert len(told(material, emission, 'Strength')) == asks_kind
+    shaded = bpy.data.materials.new('Shaded')
+    surface = compat.principled(shaded)
+    assert not told(shaded, surface, 'Roughness')
+    assert len(told(shaded, surface, 'Emission Strength')) == asks_kind
+    world = bpy.data.worlds.new('World')
+    assert len(told(world, compat.background(world), 'Strength')) == asks_kind

@@ -12,12 +12,21 @@ from typing import NamedTuple
 import bpy
 
 from .feeds import Constant, Contexts, Fed
+from .nodes_input import LIGHT_PATH
 from .reader import HERE, NUMBERS, Node, Reader
 from .support import NOT_SUPPORTED
-from .tree import Ref
+from .tree import Builder, Ref
 
 DISTRIBUTIONS = ('GGX', 'MULTI_GGX', 'BECKMANN', 'ASHIKHMIN_SHIRLEY')
 PHYSICAL_CONDUCTOR = 1 << 8
+# Outputs of Light Path, and a node, that a sample of a light knows nothing of: by what kind of bounce a ray came. Rays
+# of perfect mirrors and glass are never weighed against a sample.
+KNOWN_TO_RAYS = frozenset(
+    (
+        *('Is Diffuse Ray', 'Is Glossy Ray', 'Is Reflection Ray', 'Is Transmission Ray', 'Ambient Occlusion'),
+        *('Diffuse Depth', 'Glossy Depth', 'Transparent Depth', 'Transmission Depth'),
+    )
+)
 
 # Adds the rows of a node, given its weight (three numbers).
 Closure = Callable[[Node, Ref], None]
@@ -63,6 +72,28 @@ def read_closures(reader: Reader, socket: bpy.types.NodeSocket) -> None:
             weights[inner] = builder.add(weights[inner], mine) if inner in weights else mine
         if not below:
             _read(reader, part, builder.splat(weight))
+    _warn_of_kinds(reader)
+
+
+def _warn_of_kinds(reader: Reader) -> None:
+    """Names light that samples of lights cannot tell, as in Cycles: how much of it is found depends on how often lights
+    are sampled.
+    """
+    if reader.kind == 'light':
+        return  # hardly met by rays: what samples are told is all there is to see
+    asked = set()
+    for name, mode in reader.builder.behind(reader.builder.emitted):
+        if name == 'light_path':
+            asked.add(LIGHT_PATH[mode])
+        elif name == 'ao':
+            asked.add('Ambient Occlusion')
+    names = ', '.join(sorted(asked & KNOWN_TO_RAYS))
+    if not names:
+        return
+    if reader.kind == 'world':
+        reader.warn(f'background by {names}: surfaces of several shaders may be brighter or darker than in Cycles')
+    else:
+        reader.warn(f'emission by {names}: what it lights may be brighter or darker than in Cycles')
 
 
 def _shares(reader: Reader, root: Part) -> dict[Part, list[tuple[Part, Ref]]]:
@@ -120,12 +151,12 @@ def _read(reader: Reader, part: Part, weight: Ref) -> None:
     fed, builder = part.fed, reader.builder
     if isinstance(fed, Constant):
         kind = 'VALUE' if isinstance(fed.value, (int, float)) else 'VECTOR'
-        builder.closure('emission', weight, reader.typed(fed.value, kind, True, part.socket))
+        _emit(builder, weight, reader.typed(fed.value, kind, True, part.socket))
         return
     if fed.socket.type != 'SHADER':
         color = reader.output(fed, HERE)
         if color is not None:
-            builder.closure('emission', weight, builder.splat(color) if fed.socket.type in NUMBERS else color)
+            _emit(builder, weight, builder.splat(color) if fed.socket.type in NUMBERS else color)
         return
     node = reader.node(fed.node, fed.contexts)
     builder.label = reader.feeds.name(fed.node)
@@ -140,9 +171,14 @@ def _read(reader: Reader, part: Part, weight: Ref) -> None:
 # ---- Emission and transparency.
 
 
+def _emit(builder: Builder, weight: Ref, color: Ref) -> None:
+    builder.emitted += (weight, color)
+    builder.closure('emission', weight, color)
+
+
 @closure('ShaderNodeEmission', 'ShaderNodeBackground')
 def _emission(node: Node, weight: Ref) -> None:
-    node.builder.closure('emission', weight, node.builder.scale(node.v('Color'), node.f('Strength')))
+    _emit(node.builder, weight, node.builder.scale(node.v('Color'), node.f('Strength')))
 
 
 @closure('ShaderNodeBsdfTransparent')
@@ -229,6 +265,7 @@ def _principled(node: Node, weight: Ref) -> None:
     if not is_thin and builder.constant_of(subsurface) != (0.0, 0.0, 0.0):
         node.warn('subsurface scattering is not supported yet: the surface is diffuse')
     emission = builder.scale(node.v('Emission Color'), node.f('Emission Strength'))
+    builder.emitted += (weight, emission)
     args = (
         node.v('Base Color'),
         node.f('Metallic'),

@@ -7,6 +7,7 @@ It knows neither nodes nor Blender: reader.py reads the trees. Folding constants
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
@@ -104,6 +105,7 @@ class Builder:
     _table_size: int = 0
     _closures: list[tuple[int, int, Ref, tuple[Ref, ...]]] = field(default_factory=list)
     _closure_labels: list[str] = field(default_factory=list)
+    emitted: list[Ref] = field(default_factory=list)  # light of closures, and how much each of them counts
     notes: list[str] = field(default_factory=list)  # as in Draft
 
     def emit(self, name: str, *args: Ref, mode: int = 0) -> Ref:
@@ -167,6 +169,14 @@ class Builder:
                 args = (*args, self.own_normal)
         self._closures.append((kind.number, mode, weight, args))
         self._closure_labels.append(self.label)
+
+    def behind(self, refs: Iterable[Ref]) -> Iterator[tuple[str, int]]:
+        """The ops that values are made by, near ones first: their names and modes."""
+        wanted = set(refs)
+        for (name, mode, args), ref in reversed(self._known.items()):
+            if ref in wanted:
+                wanted.update(args)
+                yield name, mode
 
     # ---- Arithmetic on numbers that may be constants; what is no constant is left to the native module.
 
