@@ -34,6 +34,7 @@ def cpp_source(name: str, code: str) -> Path:
     return source
 
 
+@pytest.mark.every(4)  # that it includes what it needs is seen in GLSL; all of them are compiled together elsewhere
 @STEM
 def test_header_compiles_alone_as_cpp(header: Path) -> None:
     source = cpp_source(f'header_{header.stem}', kernels.include(header))
@@ -43,20 +44,22 @@ def test_header_compiles_alone_as_cpp(header: Path) -> None:
 RECORDS = {header: list(kernels.structs_of(header)) for header in kernels.EVERY_HEADER if kernels.structs_of(header)}
 
 
-def spirv_layouts(header: Path) -> dict[str, dict[str, int]]:
-    """Offsets by field of a header's records in scalar-layout buffers, and sizes under '', as glslang has them."""
-    body, main = kernels.include(header), ''
-    for i, name in enumerate(RECORDS[header]):
+@pytest.fixture(scope='module')
+def spirv_layouts() -> dict[str, dict[str, int]]:
+    """Offsets by field of each record in scalar-layout buffers, and its size under '', as glslang has them."""
+    body, main = ''.join(map(kernels.include, RECORDS)), ''
+    names = [name for listed in RECORDS.values() for name in listed]
+    for i, name in enumerate(names):
         by_address = name in kernels.records_by_address()
         # In a runtime array the record's size stands in SPIR-V too, as the array's stride; that of a record which is
         # handed on by its address is the step from one to the next.
         array = '' if by_address else '[]'
         body += f'layout(set = 0, binding = {i}, scalar) buffer Probe{i} {{ {name} probe{i}{array}; }};\n'
         main += f'probe{i} = probe{i} + 1;' if by_address else f'{name} copy{i} = probe{i}[0]; probe{i}[1] = copy{i};'
-    spirv = kernels.compile_glsl(f'layout_{header.stem}', f'{body}void main() {{ {main} }}\n')
+    spirv = kernels.compile_glsl('layouts', f'{body}void main() {{ {main} }}\n')
     listing = kernels.run_tool('spirv-dis', '--raw-id', str(spirv))
     steps = iter(re.findall(r'OpIAdd %\d+ %\d+ (%\d+)', listing))
-    return {name: _layout_in(listing, i, name, steps) for i, name in enumerate(RECORDS[header])}
+    return {name: _layout_in(listing, i, name, steps) for i, name in enumerate(names)}
 
 
 def _layout_in(listing: str, index: int, name: str, steps: Iterator[str]) -> dict[str, int]:
@@ -93,9 +96,11 @@ def cpp_layouts() -> dict[str, dict[str, int]]:
 
 
 @pytest.mark.parametrize('header', RECORDS, ids=lambda path: path.stem)
-def test_record_layouts(header: Path, cpp_layouts: dict[str, dict[str, int]]) -> None:
-    for name, in_spirv in spirv_layouts(header).items():
-        layout = cpp_layouts[name]
+def test_record_layouts(
+    header: Path, spirv_layouts: dict[str, dict[str, int]], cpp_layouts: dict[str, dict[str, int]]
+) -> None:
+    for name in RECORDS[header]:
+        in_spirv, layout = spirv_layouts[name], cpp_layouts[name]
         assert in_spirv == layout, f'GLSL (left) and C++ (right) disagree about {name}'
         dtype = kernels.dtype_of(name)
         assert {field: dtype.fields[field][1] for field in dtype.names} | {'': dtype.itemsize} == layout

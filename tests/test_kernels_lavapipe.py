@@ -47,7 +47,7 @@ CASES = [
 
 @cache
 def cpu(features: int) -> ctypes.CDLL:
-    return build_cpu(CASES, features)
+    return build_cpu(CASES if features else kernel_cases_path.CASES, features)
 
 
 def compare(case: Case, lavapipe: Runner, features: int) -> None:

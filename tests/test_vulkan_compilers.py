@@ -58,6 +58,7 @@ def test_no_register_is_spilled(radv: None, family: str, features: str, tracing:
     assert all(0 < stage['statistics']['VGPRs'] <= 256 for stage in stages)
 
 
+@pytest.mark.long  # a minute of the compiler's; ./scripts/registers prints the same
 def test_programs_need_memory_only_where_they_run(radv: None) -> None:
     """Their registers are numbered at run time, which no card's registers are: they lie in memory."""
     stages = registers.compile_for('navi31', registers.SETS['programs'])

@@ -31,6 +31,7 @@ using namespace cotorra;
   } while (false)
 
 constexpr int kWidth = 70, kHeight = 45;  // no multiple of a tile, a packet or a block of the sampler
+constexpr int kSamples = 3;
 
 // The arrays of a mesh: they must live as long as the scene, which shares them. Each is as long as it must be.
 struct Grid {
@@ -199,7 +200,7 @@ CameraInput make_camera() {
 SettingsInput make_settings(const char *integrator, int threads) {
   SettingsInput settings;
   settings.integrator = integrator;
-  settings.samples = 5;
+  settings.samples = kSamples;
   settings.threads = threads;
   settings.ambient_strength = 0.2f;
   settings.use_ambient_occlusion = true;
@@ -249,7 +250,7 @@ void test_same_bits_on_any_threads(const std::shared_ptr<const Scene> &scene) {
       Session session(scene, make_camera(), settings);
       session.start();
       while (!session.wait(0.01)) CHECK(session.progress() >= 0.0 && session.progress() <= 1.0);
-      CHECK(session.samples_done() == 5);
+      CHECK(session.samples_done() == kSamples);
       images.push_back(read_all(session, settings));
     }
     CHECK(images[0] == images[1]);
@@ -261,7 +262,7 @@ void test_same_bits_on_any_threads(const std::shared_ptr<const Scene> &scene) {
 void test_adaptive(const std::shared_ptr<const Scene> &scene) {
   SettingsInput settings = make_settings("PATH", 3);
   settings.adaptive = true;
-  settings.samples = 40;
+  settings.samples = 16;
   settings.adaptive_min_samples = 4;
   settings.noise_threshold = 0.2f;
   settings.sharing = true;
