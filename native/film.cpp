@@ -61,7 +61,7 @@ Reader reader_of(const std::string &pass, const PassSelection &has, bool transpa
     return [transparent](const FilmTile &t, std::size_t i, float *out) {
       const FilmPixel mean = t.mean(i);
       write(mean.radiance, out);
-      out[3] = transparent ? mean.alpha : 1.0f;
+      out[3] = transparent || t.samples_of(i) > 0 ? mean.alpha : 1.0f;  // holdouts leave nothing of an opaque film
     };
   }
   if (pass == "sample_count") {
@@ -184,9 +184,11 @@ FilmPixel FilmTile::shared_mean(std::size_t pixel) const {
   return {vec3(r.x / sum.weight, r.y / sum.weight, r.z / sum.weight), sum.film.alpha / sum.weight};
 }
 
+// Its alpha is divided, too.
 FilmPixel FilmTile::mean(std::size_t pixel) const {
   const float s = per_sample(*this, pixel);
-  const FilmPixel own{pixels[pixel].radiance * s, pixels[pixel].alpha * s};
+  const float alpha = s > 0.0f ? pixels[pixel].alpha / static_cast<float>(samples_of(pixel)) : 0.0f;
+  const FilmPixel own{pixels[pixel].radiance * s, alpha};
   if (shared.empty()) return own;
   const FilmPixel all = shared_mean(pixel);
   const float part = part_shared(pixel);

@@ -382,25 +382,6 @@ def test_the_world_is_one_bounce_on(tmp_path: Path) -> None:
     assert assert_flat_as_cycles(tmp_path) == pytest.approx((1.0, 1.0, 1.0))
 
 
-@pytest.mark.parametrize(('share', 'alpha'), [(0.0, 1.0), (0.4, 0.6), (1.0, 0.0)])
-def test_a_holdout_leaves_nothing_of_the_film(share: float, alpha: float, tmp_path: Path) -> None:
-    made = flat()
-    mixed = made.node('MixShader')
-    mixed.inputs[0].default_value = share
-    made.link(made.node('BsdfDiffuse').outputs[0], mixed.inputs[1])
-    made.link(made.node('Holdout').outputs[0], mixed.inputs[2])
-    made.link(mixed.outputs[0], made.output.inputs['Surface'])
-    build.world(made.scene)
-    made.scene.render.film_transparent = True
-    for engine in ('COTORRA', 'CYCLES'):
-        make_fair(made.scene, engine, BOUNCES, (4, 4), threads=1)
-        path = tmp_path / f'{engine}.exr'
-        set_job(made.scene, 1024, 1, str(path))
-        bpy.ops.render.render(write_still=True)
-        left = read_exr(path)['']['A'][1:3, 1:3].mean()
-        assert left == pytest.approx(alpha, abs=0.02), engine  # 2.6 sigma of 4096 draws
-
-
 def test_the_film_behind_a_tint(tmp_path: Path) -> None:
     """Of a transparent film a surface covers as much as it takes of the light that goes through."""
     made = flat()

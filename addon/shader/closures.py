@@ -7,6 +7,7 @@ What a closure looks like is in the kernels.
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import reduce
 from typing import NamedTuple
 
 import bpy
@@ -15,7 +16,7 @@ from .feeds import Constant, Contexts, Fed
 from .nodes_input import LIGHT_PATH
 from .reader import HERE, NUMBERS, Node, Reader
 from .support import NOT_SUPPORTED
-from .tree import Builder, Ref
+from .tree import COMPARE, Builder, Ref
 
 DISTRIBUTIONS = ('GGX', 'MULTI_GGX', 'BECKMANN', 'ASHIKHMIN_SHIRLEY')
 PHYSICAL_CONDUCTOR = 1 << 8
@@ -70,9 +71,40 @@ def read_closures(reader: Reader, socket: bpy.types.NodeSocket) -> None:
         for inner, share in below:
             mine = builder.multiply(weight, share)
             weights[inner] = builder.add(weights[inner], mine) if inner in weights else mine
-        if not below:
-            _read(reader, part, builder.splat(weight))
+    kept = _kept_of_holdouts(reader, weights)
+    for part, below in reversed(shares.items()):
+        if below:
+            continue
+        weight = weights[part]
+        if kept is not None and not _is(part, 'ShaderNodeHoldout'):
+            weight = builder.multiply(weight, kept)
+        _read(reader, part, builder.splat(weight))
     _warn_of_kinds(reader)
+
+
+def _is(part: Part, kind: str) -> bool:
+    return isinstance(part.fed, Fed) and part.fed.node.bl_idname == kind
+
+
+def _kept_of_holdouts(reader: Reader, weights: dict[Part, Ref]) -> Ref | None:
+    """The factor of all that is no holdout; None: it is 1.
+
+    A surface whose holdouts have the weight 1 is nothing else to the camera, whatever is added to them (Cycles). Where
+    shaders are only mixed, there is nothing else then.
+    """
+    builder = reader.builder
+    held = [weight for part, weight in weights.items() if _is(part, 'ShaderNodeHoldout')]
+    if not held or reader.kind != 'material' or not any(_is(part, 'ShaderNodeAddShader') for part in weights):
+        return None
+    total = reduce(builder.add, held)
+    known = builder.constant_of(total)
+    if known is not None and known[0] != 1.0:
+        return None
+    camera = builder.emit('light_path', mode=LIGHT_PATH.index('Is Camera Ray'))
+    if known is None:
+        zero, one = builder.constant(0.0), builder.constant(1.0)
+        camera = builder.multiply(camera, builder.emit('math', total, one, zero, mode=COMPARE))
+    return builder.one_minus(camera)
 
 
 def _warn_of_kinds(reader: Reader) -> None:

@@ -257,5 +257,6 @@ def finite(value: float | Triple) -> bool:
 
 # Numbers of Blender's enumerations of the nodes Math and Vector Math.
 ADD, SUBTRACT, MULTIPLY, DIVIDE = range(4)
+COMPARE = 35
 VECTOR_ADD, VECTOR_SUBTRACT, VECTOR_MULTIPLY = 0, 1, 2
 VECTOR_REFLECT, VECTOR_DOT, VECTOR_SCALE, VECTOR_NORMALIZE = 6, 7, 10, 11

@@ -41,8 +41,8 @@ FN void meet_lights(LANE lane, IN(PathState) path, vec3 origin, vec3 direction, 
   }
 }
 
-// The ray met no surface. Those that let it through on its way leave of the film what they took of the ray, as in
-// Cycles.
+// The ray met no surface. Those that let it through on its way leave of a transparent film what they took of the ray,
+// as in Cycles.
 FN void escape(LANE lane, IN(PathState) path, vec3 direction) {
   if (FEATURE(FEATURE_WORLD)) {
     vec3 sky = vec3(0.0f);
@@ -54,7 +54,7 @@ FN void escape(LANE lane, IN(PathState) path, vec3 direction) {
     if (FEATURE(FEATURE_DATA_PASSES) && path.bounce == 0u) NOTE_ENVIRONMENT(lane, world);
     if (path.bounce > 0u || !FLAG(JOB_TRANSPARENT)) add_found(lane, path, world, SCENE.world_group);
   }
-  if (path.bounce == 0u) ALPHA(lane) = max(1.0f - mean_component(path.throughput), 0.0f);
+  if (path.bounce == 0u && FLAG(JOB_TRANSPARENT)) ALPHA(lane) = max(1.0f - mean_component(path.throughput), 0.0f);
 }
 
 // Adds the light of what the ray met on its way and, behind it, of the background. Returns whether it met a surface.

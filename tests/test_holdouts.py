@@ -1,0 +1,117 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Holdout shaders: what they leave of the film, and of what is added to them."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import bpy
+import numpy as np
+import pytest
+
+from flat_scenes import Flat, assert_as_cycles, flat, node, shining
+from render_calls import read_exr
+from scenes import build
+
+sys.path.insert(0, str(Path(__file__).resolve().parent.parent / 'scripts'))
+from benchmark.fair import make_fair, set_job
+
+pytestmark = [
+    pytest.mark.usefixtures('engine'),
+    pytest.mark.skipif(bpy.app.version < (5, 0, 0), reason='the nodes are those of Blender 5.2'),
+]
+
+
+def picture(scene: bpy.types.Scene, engine: str, samples: int, folder: Path) -> dict[str, np.ndarray]:
+    make_fair(scene, engine, 4, (4, 4), threads=1)
+    path = folder / f'{engine}.exr'
+    set_job(scene, samples, 1, str(path))
+    bpy.ops.render.render(write_still=True)
+    return read_exr(path)['']
+
+
+def combined(made: Flat, kind: str, first: str, second: str) -> bpy.types.Node:
+    """The square's surface: two shaders under a Mix or an Add Shader."""
+    sum_ = made.node(kind)
+    shaders = [socket for socket in sum_.inputs if socket.type == 'SHADER']
+    for name, socket in zip((first, second), shaders, strict=True):
+        made.link(made.node(name).outputs[0], socket)
+    made.link(sum_.outputs[0], made.output.inputs['Surface'])
+    return sum_
+
+
+@pytest.mark.parametrize('transparent', [False, True], ids=['opaque', 'transparent'])
+@pytest.mark.parametrize(('share', 'alpha'), [(0.0, 1.0), (0.4, 0.6), (1.0, 0.0)])
+def test_a_holdout_leaves_nothing_of_the_film(share: float, alpha: float, transparent: bool, tmp_path: Path) -> None:
+    made = flat()
+    combined(made, 'MixShader', 'BsdfDiffuse', 'Holdout').inputs[0].default_value = share
+    build.world(made.scene)
+    made.scene.render.film_transparent = transparent
+    for engine in ('COTORRA', 'CYCLES'):
+        left = picture(made.scene, engine, 1024, tmp_path)['A'][1:3, 1:3].mean()
+        assert left == pytest.approx(alpha, abs=0.02), engine  # 2.6 sigma of 4096 draws
+
+
+def test_an_opaque_film_without_holdouts_is_whole(tmp_path: Path) -> None:
+    """To the bit, however many samples there are, and where there is but the background."""
+    made = flat()
+    made.obj.scale = (0.1, 0.1, 0.1)
+    build.world(made.scene)
+    assert (picture(made.scene, 'COTORRA', 49, tmp_path)['A'] == 1.0).all()
+
+
+@pytest.mark.parametrize('other', ['Emission', 'BsdfDiffuse', 'BsdfTransparent'])
+def test_a_whole_holdout_shows_nothing_that_is_added_to_it(other: str, tmp_path: Path) -> None:
+    made = flat()
+    combined(made, 'AddShader', 'Holdout', other)
+    build.world(made.scene)
+    assert assert_as_cycles(tmp_path) == (0.0, 0.0, 0.0)
+
+
+def test_a_part_of_a_holdout_leaves_what_is_added_to_it(tmp_path: Path) -> None:
+    made = flat()
+    half = combined(made, 'MixShader', 'Holdout', 'Holdout')
+    made.tree.links.remove(half.inputs[2].links[0])
+    half.inputs[0].default_value = 0.25
+    sum_ = made.node('AddShader')
+    made.link(half.outputs[0], sum_.inputs[0])
+    made.link(made.emission.outputs[0], sum_.inputs[1])
+    made.link(sum_.outputs[0], made.output.inputs['Surface'])
+    assert assert_as_cycles(tmp_path) == pytest.approx((0.25, 0.5, 0.75), rel=1e-3)
+
+
+def test_whether_a_holdout_is_whole_may_vary(tmp_path: Path) -> None:
+    """A factor that the square computes: 1 at the right, where nothing is left of what is added."""
+    made = flat()
+    half = combined(made, 'MixShader', 'BsdfTransparent', 'Holdout')
+    split, above = made.node('SeparateXYZ'), made.node('Math', operation='GREATER_THAN')
+    made.link(made.node('TexCoord').outputs['UV'], split.inputs[0])
+    made.link(split.outputs[0], above.inputs[0])
+    made.link(above.outputs[0], half.inputs[0])
+    sum_ = made.node('AddShader')
+    made.link(half.outputs[0], sum_.inputs[0])
+    made.link(made.emission.outputs[0], sum_.inputs[1])
+    made.link(sum_.outputs[0], made.output.inputs['Surface'])
+    for engine in ('COTORRA', 'CYCLES'):
+        shown = picture(made.scene, engine, 64, tmp_path)['G'].mean(0)
+        assert shown[0] == pytest.approx(0.5, rel=0.01), engine
+        assert shown[3] == 0.0, engine
+
+
+def test_other_rays_than_the_cameras_see_what_is_added_to_a_holdout(tmp_path: Path) -> None:
+    """A lit wall is as bright as under the emitter alone."""
+    made = flat()
+    made.link(made.node('BsdfDiffuse').outputs[0], made.output.inputs['Surface'])
+    lamp = bpy.data.meshes.new('Lamp')
+    lamp.from_pydata([(-2, -2, 0), (2, -2, 0), (2, 2, 0), (-2, 2, 0)], [], [(0, 1, 2, 3)])
+    build.link(made.scene, 'Lamp', lamp).location = (0, 0, 5)
+    lamp.materials.append(shining('Shining'))
+    alone = picture(made.scene, 'COTORRA', 64, tmp_path)['G'].mean()
+    tree = lamp.materials[0].node_tree
+    sum_ = node(tree, 'AddShader')
+    tree.links.new(node(tree, 'Holdout').outputs[0], sum_.inputs[0])
+    tree.links.new(tree.nodes['Shine'].outputs[0], sum_.inputs[1])
+    tree.links.new(sum_.outputs[0], tree.nodes['Out'].inputs['Surface'])
+    assert picture(made.scene, 'COTORRA', 64, tmp_path)['G'].mean() == pytest.approx(alone, rel=0.01)
+    assert picture(made.scene, 'CYCLES', 64, tmp_path)['G'].mean() == pytest.approx(alone, rel=0.02)
