@@ -193,7 +193,7 @@ class Renderer {
       if (FEATURE(FEATURE_DATA_PASSES)) {
         show_features(lane_at(tracer_, i), b_.path[i], bsdf, b_.shading.lobe_of(i), b_.shading.wo.get(i));
       }
-      describe(lane_at(tracer_, i), b_.path[i], s, material, weight, bsdf, b_.shading.wo.get(i));
+      describe(lane_at(tracer_, i), b_.path[i], s, material, weight, bsdf, b_.shading.lobe_of(i), b_.shading.wo.get(i));
     }
     return count;
   }

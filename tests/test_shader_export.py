@@ -401,3 +401,16 @@ def test_tiles(place: tuple[float, float], tmp_path: Path) -> None:
     made_shader = buffers.shaders[buffers.materials.shader[1]]
     mine = Values(Read(shader.Draft(made_shader, (), frozenset()), [], Log()), ops).emission()
     np.testing.assert_allclose(mine, theirs, atol=1e-3)
+
+
+@pytest.mark.parametrize('place', [(0.5, 0.5), (0.999, 0.5), (2.3, 0.9), (-0.2, 0.5)])
+@pytest.mark.parametrize('output', ['Color', 'Alpha'])
+def test_tiles_that_are_not_there_have_no_edge(output: str, place: tuple[float, float], tmp_path: Path) -> None:
+    """With extension Clip, too, which shows nothing beyond the edges of tiles that are."""
+    made = flat()
+    for entry in made.obj.data.uv_layers[0].uv:
+        entry.vector = place
+    found = made.node('TexImage', image=tiled(tmp_path), extension='CLIP')
+    made.link(found.outputs[output], made.emission.inputs['Color'])
+    (mine, _), (theirs, _) = (shown(engine, tmp_path) for engine in ('COTORRA', 'CYCLES'))
+    assert mine == pytest.approx(theirs, abs=1e-3)

@@ -17,7 +17,7 @@ from ..export.buffers import EXTENSION_REPEAT, INTERPOLATION_CLOSEST, INTERPOLAT
 from . import ies, tables
 from .nodes_input import NORMAL_TO_OBJECT, affine, generated, object_normal, uv
 from .reader import TRUNCATE, Node, value
-from .tree import MULTIPLY, VECTOR_NORMALIZE, VECTOR_SUBTRACT, Ref
+from .tree import COMPARE, MULTIPLY, VECTOR_NORMALIZE, VECTOR_SUBTRACT, Ref
 
 INTERPOLATIONS = {
     'Closest': INTERPOLATION_CLOSEST,
@@ -259,7 +259,14 @@ def _tiled(node: Node, output: str) -> Ref:
     image = builder.math(ROUND, image, zero)
     corner = node.emit('combine', cut[0], cut[1], zero)
     vector = node.emit('vector_math_v', vector, corner, zero, zero, mode=VECTOR_SUBTRACT)
-    return _looked_up(node, output, vector, image, is_associated)
+    shown = _looked_up(node, output, vector, image, is_associated)
+    if node.node.extension != 'CLIP':
+        return shown
+    # What stands for tiles that are not there has an edge, which is not to be seen.
+    missing = node.emit('math', image, node.constant(float(images.missing())), node.constant(0.5), mode=COMPARE)
+    if output == 'Alpha':
+        return node.emit('mix_f', missing, shown, node.constant(1.0))
+    return node.emit('mix_v', builder.splat(missing), shown, node.constant(MISSING_IMAGE))
 
 
 @value('ShaderNodeTexEnvironment')

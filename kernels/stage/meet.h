@@ -89,7 +89,7 @@ FN void show_features(LANE lane, INOUT(PathState) path, IN(Bsdf) bsdf, IN(Lobe) 
 
 // Tells passes of a surface that scatters. Where paths go straight through, they tell of what is behind.
 FN void describe(LANE lane, IN(PathState) path, IN(Surface) s, IN(Material) material, vec3 weight, IN(Bsdf) bsdf,
-                 vec3 wo) {
+                 IN(Lobe) lobe, vec3 wo) {
   if (path.bounce != 0u || (bsdf.lobes & BSDF_THROUGH) != 0u) return;
   if ((bsdf.lobes & BSDF_HOLDOUT) != 0u) ALPHA(lane) = 1.0f - mean_component(path.throughput);
   if (FEATURE(FEATURE_DATA_PASSES)) {
@@ -104,7 +104,9 @@ FN void describe(LANE lane, IN(PathState) path, IN(Surface) s, IN(Material) mate
     first.normal = s.n;
     first.uv = surface_uv(SCENE, s);
     first.uv_coverage = (LOAD(SCENE.meshes, instance.mesh).flags & MESH_HAS_UV) != 0u ? 1.0f : 0.0f;
-    first.diffuse_color = bsdf.diffuse * weight * PI;
+    vec3 diffuse = bsdf.diffuse * PI;
+    if (has_lobe(lobe)) diffuse = lobe_is_diffuse(lobe) ? lobe_albedo(SCENE.albedo, lobe, wo) : vec3(0.0f);
+    first.diffuse_color = diffuse * weight;
     NOTE_SURFACE(lane, first);
   }
   if (FEATURE(FEATURE_TERMS) && FLAG(JOB_TERMS_PASS)) {

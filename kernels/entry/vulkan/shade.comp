@@ -53,7 +53,7 @@ bool shade(uint lane) {
     show_features(lane, path, bsdf, lobe, -ray.direction);
     if (GOES_ON) STORE(WAVE.path_ray_kind, lane, path.ray_kind);
   }
-  describe(lane, path, s, material, weight, bsdf, -ray.direction);
+  describe(lane, path, s, material, weight, bsdf, lobe, -ray.direction);
   if (FEATURE(FEATURE_OCCLUSION) && FLAG(JOB_AMBIENT)) {
     const vec3 light = ambient_light(lane, path, s.material, material);
     if (FLAG(JOB_AMBIENT_OCCLUDED)) {  // light.comp completes the ray to the sky
