@@ -230,6 +230,10 @@ def test_light_by_the_kind_of_ray_is_named(output: str) -> None:
     shaded = bpy.data.materials.new('Shaded')
     surface = compat.principled(shaded)
     assert not told(shaded, surface, 'Roughness')
+    mixed = node(shaded.node_tree, 'MixShader')
+    link(surface.outputs[0], mixed.inputs[1])
+    link(mixed.outputs[0], next(found for found in shaded.node_tree.nodes if found.type == 'OUTPUT_MATERIAL').inputs[0])
+    assert not told(shaded, mixed, 'Fac' if 'Fac' in mixed.inputs else 'Factor')
     assert len(told(shaded, surface, 'Emission Strength')) == asks_kind
     world = bpy.data.worlds.new('World')
     assert len(told(world, compat.background(world), 'Strength')) == asks_kind

@@ -61,9 +61,13 @@ class Task:
         return False
 
     def stop(self) -> None:
-        """Ask it to end with what is there."""
-        if self.running and not self.stop_asked:
-            self.stop_asked = time.monotonic()
+        """Ask it to end with what is there; where there is nothing, end it: while it starts it hears no signal."""
+        if not self.running or self.stop_asked:
+            return
+        self.stop_asked = time.monotonic()
+        if not self._text('log.txt'):
+            self.process.kill()
+        else:
             self.process.send_signal(signal.SIGINT if os.name == 'posix' else signal.SIGTERM)
 
     def state(self) -> str:

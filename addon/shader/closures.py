@@ -204,8 +204,13 @@ def _read(reader: Reader, part: Part, weight: Ref) -> None:
 
 
 def _emit(builder: Builder, weight: Ref, color: Ref) -> None:
-    builder.emitted += (weight, color)
+    _note_light(builder, weight, color)
     builder.closure('emission', weight, color)
+
+
+def _note_light(builder: Builder, weight: Ref, color: Ref) -> None:
+    if builder.constant_of(color) != (0.0, 0.0, 0.0):
+        builder.emitted += (weight, color)
 
 
 @closure('ShaderNodeEmission', 'ShaderNodeBackground')
@@ -297,7 +302,7 @@ def _principled(node: Node, weight: Ref) -> None:
     if not is_thin and builder.constant_of(subsurface) != (0.0, 0.0, 0.0):
         node.warn('subsurface scattering is not supported yet: the surface is diffuse')
     emission = builder.scale(node.v('Emission Color'), node.f('Emission Strength'))
-    builder.emitted += (weight, emission)
+    _note_light(builder, weight, emission)
     args = (
         node.v('Base Color'),
         node.f('Metallic'),

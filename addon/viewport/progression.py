@@ -18,7 +18,7 @@ from ..export.buffers import PASSES, Camera, RenderSettings
 from .view import coarser
 
 # The pass with large pixels is to take no longer than this; how large they are follows from how fast the last was.
-COARSE_SECONDS = 0.025
+COARSE_SECONDS = 0.012
 COARSEST = 16
 COARSE_FIRST = 8  # before anything is known
 SPEED_KEPT = 0.5  # of what was known of the speed, where a new pass tells another
