@@ -32,7 +32,7 @@ struct ProgramLanes {
   Array<uint, kLanes> lane;
   Array<uint, kLanes> sorted;  // lanes of the program that runs
   Array<uint, kLanes> constants;
-  Array<uint, kLanes> first;  // of the code
+  Array<uint, kLanes> rows;  // where closures stand: programs never share it, as they do the place of no code
   Array<uint, kLanes> order;
   PlainLanes plain;
 };
@@ -56,8 +56,8 @@ ShaderPoint lane_point(const Tracer &t, std::size_t i, bool footprint) {
   return footprint ? path_point(*t.job.scene, b.path[i], s, wo, s.t) : counted_point(b.path[i], s, wo);
 }
 
-// Runs a part of the materials of those lanes that `part_of` names one for, and calls take(batch, lanes) for all of a
-// program, where lanes[k] is the lane of point k.
+// Runs the surface part of the materials of those lanes that `part_of` names one for, and calls take(batch, lanes) for
+// all of a program, where lanes[k] is the lane of point k.
 template <class PartOf, class Take>
 void run_programs(const Tracer &t, int lanes, PartOf part_of, Take take) {
   Batch &b = t.batch;
@@ -65,27 +65,27 @@ void run_programs(const Tracer &t, int lanes, PartOf part_of, Take take) {
   ProgramLanes &p = *b.programs;
   // 1. Who takes part, sorted by program; materials of one program may differ in their constants.
   std::size_t n = 0;
-  uint last = NO_PROGRAM;
+  uint last = 0;
   bool sorted = true;
   for (std::size_t i = 0; i < static_cast<std::size_t>(lanes); ++i) {
     const ProgramPart *part = part_of(i);
     if (part == nullptr) continue;
-    sorted &= n == 0 || last <= part->first;
-    last = part->first;
+    sorted &= last <= part->result;
+    last = part->result;
     p.lane[n] = static_cast<uint>(i);
-    p.first[n] = part->first;
+    p.rows[n] = part->result;
     p.order[n] = static_cast<uint>(n);
     ++n;
   }
   if (!sorted) {
-    std::stable_sort(p.order.data(), p.order.data() + n, [&](uint a, uint c) { return p.first[a] < p.first[c]; });
+    std::stable_sort(p.order.data(), p.order.data() + n, [&](uint a, uint c) { return p.rows[a] < p.rows[c]; });
   }
   // 2. Program by program.
   for (std::size_t begin = 0; begin < n;) {
-    const uint first = p.first[p.order[begin]];
+    const uint rows = p.rows[p.order[begin]];
     std::size_t count = 0;
     const ProgramPart part = *part_of(p.lane[p.order[begin]]);
-    for (; begin + count < n && p.first[p.order[begin + count]] == first; ++count) {
+    for (; begin + count < n && p.rows[p.order[begin + count]] == rows; ++count) {
       const std::size_t i = p.lane[p.order[begin + count]];
       const MaterialProgram &program = scene.programs.v[b.surface[i].material];
       p.sorted[count] = static_cast<uint>(i);

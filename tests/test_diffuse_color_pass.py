@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The pass Diffuse Color tells of diffuse closures alone, as Cycles does, whatever else a surface is made of."""
+"""The pass Diffuse Color tells of diffuse closures alone, as Cycles does, whatever a surface is made of."""
 
 from __future__ import annotations
 
@@ -76,7 +76,7 @@ SURFACES = {
 
 
 @pytest.mark.parametrize('name', SURFACES)
-def test_it_is_that_of_cycles(name: str, tmp_path: Path) -> None:
+def test_diffuse_color_tells_of_diffuse_closures_alone(name: str, tmp_path: Path) -> None:
     made = flat()
     made.link(SURFACES[name](made).outputs[0], made.output.inputs['Surface'])
     build.world(made.scene)

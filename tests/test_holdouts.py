@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Holdout shaders: what they leave of the film, and of what is added to them."""
+"""Holdout shaders: what they leave of the film, of what is added to them, and of their neighbours."""
 
 from __future__ import annotations
 
@@ -115,3 +115,32 @@ def test_other_rays_than_the_cameras_see_what_is_added_to_a_holdout(tmp_path: Pa
     tree.links.new(sum_.outputs[0], tree.nodes['Out'].inputs['Surface'])
     assert picture(made.scene, 'COTORRA', 64, tmp_path)['G'].mean() == pytest.approx(alone, rel=0.01)
     assert picture(made.scene, 'CYCLES', 64, tmp_path)['G'].mean() == pytest.approx(alone, rel=0.02)
+
+
+def test_a_surface_without_code_is_no_part_of_its_neighbours_program(tmp_path: Path) -> None:
+    """A holdout computes nothing, and another surface's code may stand at the same place: they are shaded apart."""
+    made = flat()
+    rough = made.node('BsdfDiffuse', Roughness=0.5)
+    made.link(made.node('TexCoord').outputs['UV'], rough.inputs['Color'])
+    made.link(rough.outputs[0], made.output.inputs['Surface'])
+    build.world(made.scene)
+    wall = made.obj.data.materials[0]
+    hole = bpy.data.materials.new('Hole')
+    tree = build.with_nodes(hole).node_tree
+    tree.nodes.clear()
+    tree.links.new(node(tree, 'Holdout').outputs[0], node(tree, 'OutputMaterial').inputs['Surface'])
+    data = bpy.data.meshes.new('Cover')
+    data.from_pydata([(-1, -1, 0), (0, -1, 0), (0, 1, 0), (-1, 1, 0)], [], [(0, 1, 2, 3)])
+    data.materials.append(hole)
+    cover = build.link(made.scene, 'Cover', data)
+    cover.location = (0, 0, 1)
+    made.obj.data.materials.clear()
+    for material in (hole, wall):  # the code of the one that is read next begins where the hole's ends
+        made.obj.data.materials.append(material)
+    made.obj.data.polygons[0].material_index = 1
+    covered = picture(made.scene, 'COTORRA', 64, tmp_path)
+    cover.visible_camera = False
+    free = picture(made.scene, 'COTORRA', 64, tmp_path)
+    for name in 'RG':
+        np.testing.assert_array_equal(covered[name][:, 3], free[name][:, 3])
+        assert covered[name][1:3, 1].mean() < 0.5 * free[name][1:3, 1].mean()
