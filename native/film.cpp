@@ -184,7 +184,7 @@ FilmPixel FilmTile::shared_mean(std::size_t pixel) const {
   return {vec3(r.x / sum.weight, r.y / sum.weight, r.z / sum.weight), sum.film.alpha / sum.weight};
 }
 
-// Its alpha is divided, too.
+// Alpha is divided by the samples: times their inverse, a film that is whole would not have 1 to the bit.
 FilmPixel FilmTile::mean(std::size_t pixel) const {
   const float s = per_sample(*this, pixel);
   const float alpha = s > 0.0f ? pixels[pixel].alpha / static_cast<float>(samples_of(pixel)) : 0.0f;

@@ -18,10 +18,7 @@ from scenes import build
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent / 'scripts'))
 from benchmark.fair import make_fair, set_job
 
-pytestmark = [
-    pytest.mark.usefixtures('engine'),
-    pytest.mark.skipif(bpy.app.version < (5, 0, 0), reason='the nodes are those of Blender 5.2'),
-]
+pytestmark = pytest.mark.usefixtures('engine')
 COLOR = (0.2, 0.5, 0.8, 1.0)
 
 
@@ -88,4 +85,5 @@ def test_diffuse_color_tells_of_diffuse_closures_alone(name: str, tmp_path: Path
         layers = read_exr(render_to(made.scene, tmp_path / f'{engine}.exr', multilayer=True))
         found = next(channels for name, channels in layers.items() if name.endswith(here('Diffuse Color')))
         shown[engine] = np.array([found[channel][1:3, 1:3].mean() for channel in 'RGB'])
-    assert shown['COTORRA'] == pytest.approx(shown['CYCLES'], rel=0.04, abs=0.004)
+    # Ours draws one closure a sample: of 4,096 draws a quarter has a sigma of 2.7 %. What is 0 is 0.
+    assert shown['COTORRA'] == pytest.approx(shown['CYCLES'], rel=0.04, abs=1e-6)
